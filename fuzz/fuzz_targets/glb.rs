@@ -5,11 +5,11 @@
 
 use libfuzzer_sys::fuzz_target;
 use trisect::scene::import::{NoFiles, gltf};
-use trisect_fuzz::{bounded, model};
+use trisect_fuzz::{bounded, model, options};
 
 fuzz_target!(|bytes: &[u8]| {
     if bytes.starts_with(b"glTF") {
-        return bounded(bytes.len(), || model(gltf::parse(bytes, "fuzz.glb", &mut NoFiles)));
+        return bounded(bytes.len(), || model(gltf::parse(bytes, "fuzz.glb", &options(bytes), &mut NoFiles)));
     }
     let mut parts = bytes.splitn(2, |byte| *byte == 0);
     let (json, binary) = (parts.next().unwrap_or_default(), parts.next().unwrap_or_default());
@@ -21,5 +21,5 @@ fuzz_target!(|bytes: &[u8]| {
     let chunks = [chunk(b"JSON", json, b' '), chunk(b"BIN\0", binary, 0)].concat();
     let length = chunks.len() as u32 + 12;
     let file = [b"glTF", &2u32.to_le_bytes()[..], &length.to_le_bytes(), &chunks].concat();
-    bounded(file.len(), || model(gltf::parse(&file, "fuzz.glb", &mut NoFiles)));
+    bounded(file.len(), || model(gltf::parse(&file, "fuzz.glb", &options(bytes), &mut NoFiles)));
 });

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use trisect::bvh::Bvh;
 use trisect::lights::Lights;
 use trisect::scene::description::{Description, Texels};
-use trisect::scene::import::Files;
+use trisect::scene::import::{Files, ModelOptions};
 use trisect::scene::{Scene, SceneError};
 
 /// Maximum number of triangles of a model that is lowered to a scene. Here and below: a few bytes
@@ -179,4 +179,10 @@ pub fn enter_folder() -> PathBuf {
     std::fs::create_dir_all(&folder).expect("the folder can be made");
     std::env::set_current_dir(&folder).expect("the folder can be entered");
     folder
+}
+
+/// Returns choices that depend on the input: a time in most cases, so that animations are read.
+pub fn options(bytes: &[u8]) -> ModelOptions {
+    let time = (bytes.len() % 4 != 0).then_some(bytes.len() as f64 * 0.01);
+    ModelOptions { time, ..ModelOptions::default() }
 }

@@ -23,7 +23,7 @@ pub use cluster::DistributeArg;
 pub use cluster::{ClusterArgs, RankArgs};
 pub use denoise::{DenoiseArg, DenoiseArgs};
 pub use goal::GoalArgs;
-pub use job::{IncludeArgs, JobArgs};
+pub use job::{IncludeArgs, JobArgs, ModelArgs};
 pub use render::RenderArgs;
 pub use shell::{CompletionsArgs, DoctorArgs, InfoArgs, LogArgs, ManArgs};
 pub use tradeoff::{ConvergeArgs, ReferenceArgs, TradeoffArgs};
@@ -116,6 +116,10 @@ pub struct CheckArgs {
     /// Permitted locations of files that the scene names.
     #[command(flatten)]
     pub includes: IncludeArgs,
+
+    /// Parts of models that are drawn.
+    #[command(flatten)]
+    pub model: ModelArgs,
 
     /// Print JSON instead of text.
     #[arg(long)]

@@ -6,6 +6,7 @@ pub use super::material::surface::{
 };
 
 use super::description::{Description, Instance, Material, Mesh, PunctualLight, Shape, ShapeKind, Sky};
+use super::import::ModelOptions;
 use super::values::{MAX_MAGNITUDE, unit};
 use super::{CameraPose, Fresnel, ImageSettings, Rebase, Scene, SceneDocument, SceneError};
 use glam::{DAffine3, DVec3};
@@ -158,6 +159,7 @@ impl SceneBuilder {
             description: self.description,
             image,
             space: Rebase::IDENTITY,
+            options: ModelOptions::default(),
             notes: Vec::new(),
         };
         document.lower(Rebase::IDENTITY)

@@ -34,6 +34,8 @@ pub struct Description {
     /// Warnings: each feature that the file uses and the renderer does not support, named once, and
     /// dropped data with its count.
     pub warnings: Vec<String>,
+    /// Choices among what a model file holds, such as its animations, for people.
+    pub notes: Vec<String>,
     /// Index of the scene file's object that each of `shapes` belongs to; empty for a model.
     pub shape_objects: Vec<usize>,
     /// Index of the scene file's object that each of `instances` belongs to; empty for a model.

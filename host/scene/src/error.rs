@@ -40,7 +40,7 @@ pub enum SceneError {
         message: String,
     },
     /// The extension is not that of a scene or model format.
-    #[error("{}: unknown scene format; use .ron, .gltf, .glb, .obj or .ply", path.display())]
+    #[error("{}: unknown scene format; use .ron, .gltf, .glb, .obj, .ply or .stl", path.display())]
     UnknownFormat {
         /// Path of the file.
         path: PathBuf,

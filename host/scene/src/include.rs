@@ -4,24 +4,24 @@ use super::CameraPose;
 use super::description::{Description, Instance, Material, Mesh, PunctualLight, TextureUse};
 use super::error::SceneError;
 use super::format::{Name, Object, SceneFile, Source};
-use super::import::Folder;
+use super::import::{Folder, ModelOptions};
 use super::limits;
 use super::loader::Loader;
 use super::memory_budget::MemoryBudget;
 use super::values::{MAX_MAGNITUDE, unit};
 use glam::{DAffine3, DVec3};
 use std::collections::HashMap;
-use std::collections::hash_map::Entry;
 use std::convert::Infallible;
 use std::path::{Path, PathBuf};
 
-/// The models of a scene file.
+/// The models of a scene file, each read once for each choice of what it holds.
 pub struct Models<'a> {
     folder: &'a Folder,
     source: Source<'a>,
     /// True for each file whose own materials some object shows.
     shows_its_own: HashMap<PathBuf, bool>,
-    read: HashMap<PathBuf, Model>,
+    /// Models by their file, each with what was chosen of it.
+    read: HashMap<PathBuf, Vec<(ModelOptions, Model)>>,
     budget: MemoryBudget,
 }
 
@@ -59,28 +59,33 @@ impl<'a> Models<'a> {
         }
     }
 
-    /// Adds a copy of a model to the scene; `material` replaces the model's own materials.
+    /// Adds a copy of a model, as `options` choose, to the scene; `material` replaces the model's
+    /// own materials.
     pub fn place(
         &mut self,
         scene: &mut Description,
-        file: &Name,
+        (file, options): (&Name, &ModelOptions),
         transform: &DAffine3,
         material: Option<usize>,
         loader: &mut dyn Loader,
     ) -> Result<(), SceneError> {
         let source = self.source;
         let path = source.locate(file, self.folder)?;
-        let model = match self.read.entry(path) {
-            Entry::Occupied(entry) => entry.into_mut(),
-            Entry::Vacant(entry) => {
-                let part = loader.model(entry.key()).map_err(|error| source.in_file(file, error))?;
+        let own = self.shows_its_own.get(&path).copied().unwrap_or(true);
+        let read = self.read.entry(path.clone()).or_default();
+        let known = match read.iter().position(|(chosen, _)| chosen == options) {
+            Some(known) => known,
+            None => {
+                let part = loader.model(&path, options).map_err(|error| source.in_file(file, error))?;
                 if !part.shapes.is_empty() {
                     return Err(source.at(file, "a model must consist of triangles".to_owned()));
                 }
-                let own = self.shows_its_own.get(entry.key()).copied().unwrap_or(true);
-                entry.insert(Model::merge(scene, file.name.clone(), part, own, material))
+                let model = Model::merge(scene, file.name.clone(), part, own, material);
+                read.push((options.clone(), model));
+                read.len() - 1
             }
         };
+        let (_, model) = &mut read[known];
         let meshes = &scene.meshes;
         model.reserve(meshes, material, &mut self.budget).map_err(|fault| source.at(file, fault))?;
         model
@@ -115,6 +120,7 @@ impl Model {
         for warning in part.warnings {
             warn(scene, warning);
         }
+        scene.notes.extend(part.notes.into_iter().map(|note| format!("{name}: {note}")));
         Self {
             name,
             materials,

@@ -111,9 +111,9 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Reads a scene file, or a model (`.gltf`, `.glb`, `.obj`, `.ply`). A model without a camera
-    /// gets one that shows all of it, and a model whose own lights do not carry the image gets a
-    /// sky.
+    /// Reads a scene file, or a model (`.gltf`, `.glb`, `.obj`, `.ply`, `.stl`). A model without a
+    /// camera gets one that shows all of it, and a model whose own lights do not carry the image
+    /// gets a sky.
     pub fn load(path: &Path) -> Result<Self, SceneError> {
         Self::load_in(path, Rebase::IDENTITY)
     }

@@ -2,13 +2,15 @@
 
 use super::description::{Description, TextureImage};
 use super::error::SceneError;
+use super::import::ModelOptions;
 use std::path::Path;
 use trisect_image::Image;
 
 /// Reads the files that a scene file names.
 pub trait Loader {
-    /// Reads a model: glTF, OBJ or PLY by its extension, in upper or lower case.
-    fn model(&mut self, path: &Path) -> Result<Description, SceneError>;
+    /// Reads a model, as `options` choose: glTF, OBJ or PLY by its extension, in upper or lower
+    /// case.
+    fn model(&mut self, path: &Path, options: &ModelOptions) -> Result<Description, SceneError>;
 
     /// Reads a panorama: HDR, EXR or PFM by its extension, in upper or lower case.
     fn panorama(&mut self, path: &Path) -> Result<Image, SceneError>;

@@ -19,7 +19,7 @@ pub(super) struct Completed {
 /// Gives a model a camera that sees all of it, if it has no camera, and a sky of radiance 1, unless
 /// its own lights carry the image.
 pub(super) fn complete(mut model: Description) -> Completed {
-    let mut notes = Vec::new();
+    let mut notes = std::mem::take(&mut model.notes);
     let image = ImageSettings { width: 640, height: 360, samples: 64, depth: 50, fresnel: Fresnel::Exact };
     let has_faces = model.instances.iter().filter_map(|instance| model.meshes.get(instance.mesh));
     let has_faces = has_faces.into_iter().any(|mesh| !mesh.triangles.is_empty());

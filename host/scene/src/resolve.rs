@@ -41,7 +41,7 @@ pub fn describe(
         let material = object.material().map(|name| materials.find(name, source)).transpose()?;
         match (object, material) {
             (Object::Mesh { file, transform, .. }, material) => {
-                models.place(&mut scene, file, &transform.0, material, loader)?;
+                models.place(&mut scene, (file, &object.options()), &transform.0, material, loader)?;
             }
             (_, Some(material)) => {
                 scene.shapes.extend(shapes(object).map(|kind| Shape { kind, material }));

@@ -2,7 +2,7 @@
 //! device records.
 
 use super::description::{Description, TextureImage};
-use super::import::{Folder, Includes};
+use super::import::{Folder, Includes, ModelOptions};
 use super::loader::Loader;
 use super::resolve;
 use super::{ImageSettings, Rebase, Scene, SceneError, format, import, lower, model, warnings};
@@ -25,16 +25,22 @@ pub struct SceneDocument {
     pub image: ImageSettings,
     /// Space that the file states; the renderer computes in it.
     pub space: Rebase,
-    /// Decisions about a model without a scene file, for people.
+    /// Decisions about models, for people.
     pub notes: Vec<String>,
+    /// Choices for models of which the scene does not make any.
+    pub options: ModelOptions,
 }
 
 /// A loader that reads from the file system the files that a scene in this folder names.
-struct FromDisk<'a>(&'a Folder);
+struct FromDisk<'a> {
+    folder: &'a Folder,
+    /// Choices for models of which the scene does not make any.
+    options: &'a ModelOptions,
+}
 
 impl Loader for FromDisk<'_> {
-    fn model(&mut self, path: &Path) -> Result<Description, SceneError> {
-        import::load_below(path, self.0)
+    fn model(&mut self, path: &Path, options: &ModelOptions) -> Result<Description, SceneError> {
+        import::load_below(path, &options.or(self.options), self.folder)
     }
 
     fn panorama(&mut self, path: &Path) -> Result<Image, SceneError> {
@@ -59,19 +65,25 @@ impl Loader for FromDisk<'_> {
 impl SceneDocument {
     /// Reads a scene file, or a model; see [`Scene::load`].
     pub fn load(path: &Path) -> Result<Self, SceneError> {
-        Self::load_including(path, Includes::Below)
+        Self::load_including(path, Includes::Below, &ModelOptions::default())
     }
 
-    /// Reads a scene file, or a model, which may name the files that `includes` allows.
+    /// Reads a scene file, or a model, which may name the files that `includes` allows; `options`
+    /// choose among what models hold, unless the scene file does.
     ///
     /// # Errors
     ///
     /// [`SceneError`] names the file and the place.
-    pub fn load_including(path: &Path, includes: Includes) -> Result<Self, SceneError> {
+    pub fn load_including(
+        path: &Path,
+        includes: Includes,
+        options: &ModelOptions,
+    ) -> Result<Self, SceneError> {
         let name = path.display().to_string();
         let folder = Folder::of(path).including(includes);
         if import::is_model(path) {
-            return Self::from_model(import::load_below(path, &folder)?, &name);
+            let model = Self::from_model(import::load_below(path, options, &folder)?, &name)?;
+            return Ok(Self { options: options.clone(), ..model });
         }
         // Files without an extension, such as `/dev/stdin`, are scene files.
         if path.extension().is_some_and(|extension| !extension.eq_ignore_ascii_case("ron")) {
@@ -79,7 +91,7 @@ impl SceneDocument {
         }
         let text =
             input::read_text(path).map_err(|source| SceneError::Read { path: path.to_owned(), source })?;
-        Self::read(&text, &name, &folder)
+        Self::read(&text, &name, &folder, options)
     }
 
     /// Reads a scene from text; see [`Scene::parse`].
@@ -94,7 +106,7 @@ impl SceneDocument {
     ///
     /// [`SceneError`] names the place.
     pub fn parse_including(text: &str, name: &str, includes: Includes) -> Result<Self, SceneError> {
-        Self::read(text, name, &Folder::new("".into()).including(includes))
+        Self::read(text, name, &Folder::new("".into()).including(includes), &ModelOptions::default())
     }
 
     /// Returns the built-in scene; see [`Scene::hello_world`].
@@ -108,14 +120,22 @@ impl SceneDocument {
         let refused = |message| SceneError::Inconsistent { file: name.to_owned(), message };
         lower::check_memory(&model).map_err(refused)?;
         let model::Completed { description, image, notes } = model::complete(model);
-        Ok(Self { name: name.to_owned(), description, image, space: Rebase::IDENTITY, notes })
+        Ok(Self {
+            name: name.to_owned(),
+            description,
+            image,
+            space: Rebase::IDENTITY,
+            notes,
+            options: ModelOptions::default(),
+        })
     }
 
-    fn read(text: &str, name: &str, folder: &Folder) -> Result<Self, SceneError> {
+    fn read(text: &str, name: &str, folder: &Folder, options: &ModelOptions) -> Result<Self, SceneError> {
         let file = format::parse(text, name)?;
-        let (description, image) = resolve::describe(&file, folder, &mut FromDisk(folder))?;
-        let notes = Vec::new();
-        Ok(Self { name: name.to_owned(), description, image, space: file.space.space, notes })
+        let (description, image) = resolve::describe(&file, folder, &mut FromDisk { folder, options })?;
+        let notes = description.notes.clone();
+        let (name, options) = (name.to_owned(), options.clone());
+        Ok(Self { name, description, image, space: file.space.space, notes, options })
     }
 
     /// Returns the warnings: data that was left out or changed while reading, and probable mistakes

@@ -4,6 +4,7 @@
 Prints for each model the relMSE, and the mean of both images by channel."""
 
 import json
+import re
 import subprocess
 import sys
 
@@ -19,6 +20,8 @@ for model in sys.argv[3:]:
     with open(name + ".ron", "w") as file:
         file.write(SCENE % model)
     options = ["--spp", samples, "--depth", "17", "-q", "-o", name + ".exr"]
+    time = re.search(r"_at_([0-9.]+s)", name)
+    options += ["--time", time[1]] if time else []
     subprocess.run([program, "render", name + ".ron", *options], check=True)
     report = subprocess.run(
         [program, "compare", name + ".exr", name + ".cycles.exr", "--json"], check=True, capture_output=True

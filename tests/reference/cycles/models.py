@@ -52,17 +52,18 @@ class Model:
         self.data += data
         return self.add("bufferViews", view)
 
-    def accessor(self, rows, component=FLOAT):
+    def accessor(self, rows, component=FLOAT, normalized=True):
         code, letter = component
         width = len(rows[0]) if isinstance(rows[0], list) else 1
         numbers = [number for row in rows for number in (row if width > 1 else [row])]
         view = self.view(struct.pack(f"<{len(numbers)}{letter}", *numbers))
-        kind = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}[width]
+        kind = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4", 16: "MAT4"}[width]
         accessor = {"bufferView": view, "componentType": code, "count": len(rows), "type": kind}
-        if component in (BYTE, SHORT):
+        if component in (BYTE, SHORT) and normalized:
             accessor["normalized"] = True
-        if kind == "VEC3":
-            accessor["min"], accessor["max"] = ([f(row[i] for row in rows) for i in range(3)] for f in (min, max))
+        if kind in ("SCALAR", "VEC3") and component == FLOAT:
+            rows = rows if kind == "VEC3" else [[row] for row in rows]
+            accessor["min"], accessor["max"] = ([f(row[i] for row in rows) for i in range(len(rows[0]))] for f in (min, max))
         return self.add("accessors", accessor)
 
     def texture(self, file):
@@ -178,7 +179,128 @@ def two_sets(path):
     model.write(path)
 
 
+def animate(model, node, path, times, values, interpolation="LINEAR"):
+    sampler = {"input": model.accessor(times), "output": model.accessor(values), "interpolation": interpolation}
+    channel = {"sampler": 0, "target": {"node": node, "path": path}}
+    model.add("animations", {"name": "go", "samplers": [sampler], "channels": [channel]})
+
+
+def turned(degrees):
+    """Returns the rotation about z as a quaternion."""
+    half = math.radians(degrees) / 2
+    return [0, 0, math.sin(half), math.cos(half)]
+
+
+def moved(path, key, values, interpolation="LINEAR"):
+    """Writes a square that an animation moves."""
+    model = Model()
+    positions, normals, _, triangles = square()
+    positions = [[0.6 * x, 0.4 * y, z] for x, y, z in positions]
+    attributes = {"POSITION": model.accessor(positions), "NORMAL": model.accessor(normals)}
+    model.mesh(attributes, triangles, model.add("materials", {"pbrMetallicRoughness": pbr(0.6)}))
+    animate(model, 1, key, [0, 1, 2], values, interpolation)
+    model.write(path)
+
+
+def skinned(path, own=None):
+    """Writes a bar of two joints, the upper of which an animation turns; its node has a transform
+    of its own, which must not matter."""
+    model = Model()
+    positions, normals, _, triangles = ball()
+    positions = [[0.5 * x, 1.2 * y, 0.5 * z] for x, y, z in positions]
+    normals = [[x / 0.5, y / 1.2, z / 0.5] for x, y, z in normals]
+    length = lambda v: math.sqrt(sum(x * x for x in v))
+    normals = [[x / length(v) for x in v] for v in normals]
+    upper = [min(max(0.5 + 1.2 * y, 0), 1) for _, y, _ in positions]
+    attributes = {
+        "POSITION": model.accessor(positions),
+        "NORMAL": model.accessor(normals),
+        "JOINTS_0": model.accessor([[0, 1, 0, 0]] * len(positions), BYTE, False),
+        "WEIGHTS_0": model.accessor([[1 - w, w, 0, 0] for w in upper]),
+    }
+    material = model.add("materials", {"pbrMetallicRoughness": pbr(0.6)})
+    model.mesh(attributes, triangles, material, {"skin": 0, **(own or {})})
+    column = lambda y: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, y, 0, 1]
+    joint = model.add("nodes", {"translation": [0, 0.2, 0], "rotation": turned(-50)})
+    root = model.add("nodes", {"translation": [0.2, -0.2, 0], "children": [joint]})
+    model.root["scenes"][0]["nodes"].append(root)
+    binds = model.accessor([column(0.0), column(-0.2)])
+    model.add("skins", {"joints": [root, joint], "inverseBindMatrices": binds})
+    animate(model, joint, "rotation", [0, 1], [turned(-50), turned(70)])
+    model.write(path)
+
+
+def grown(n):
+    """Returns the point of a ball that has a bulge, and is bent."""
+    bulge = 0.5 * math.exp(-8 * ((n[0] - 0.7) ** 2 + (n[1] - 0.5) ** 2 + (n[2] - 0.5) ** 2))
+    return [n[0] * (1 + bulge) + 0.3 * n[1] * n[1], n[1] * (1 + bulge), n[2] * (1 + bulge)]
+
+
+def normal_of(surface, n):
+    """Returns the normal of a deformed ball by differences."""
+    cross = lambda a, b: [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    unit = lambda v: [x / math.sqrt(sum(y * y for y in v)) for x in v]
+    step = lambda a, by: unit([x + 1e-4 * y for x, y in zip(a, by)])
+    across = unit(cross(n, [0, 1, 0] if abs(n[1]) < 0.9 else [1, 0, 0]))
+    along = cross(n, across)
+    edges = [[(x - y) for x, y in zip(surface(step(n, v)), surface(step(n, [-x for x in v])))] for v in (across, along)]
+    return unit(cross(*edges))
+
+
+def morphed(path, weight, animated=None):
+    """Writes a ball with a morph target, which is exact at weight 1."""
+    model = Model()
+    positions, normals, _, triangles = ball()
+    less = lambda a, b: [x - y for x, y in zip(a, b)]
+    attributes = {"POSITION": model.accessor(positions), "NORMAL": model.accessor(normals)}
+    model.mesh(attributes, triangles, model.add("materials", {"pbrMetallicRoughness": pbr(0.6)}))
+    mesh = model.root["meshes"][-1]
+    mesh["weights"] = [weight]
+    mesh["primitives"][0]["targets"] = [
+        {
+            "POSITION": model.accessor([less(grown(n), n) for n in normals]),
+            "NORMAL": model.accessor([less(normal_of(grown, n), n) for n in normals]),
+        }
+    ]
+    if animated:
+        animate(model, 1, "weights", [0, 1], animated)
+    model.write(path)
+
+
+def instanced(path):
+    model = Model()
+    positions, normals, _, triangles = ball(12)
+    attributes = {"POSITION": model.accessor(positions), "NORMAL": model.accessor(normals)}
+    places = [[x - 1.0, y - 1.0, 0] for x in range(3) for y in range(3)]
+    instances = {
+        "TRANSLATION": model.accessor(places),
+        "ROTATION": model.accessor([turned(20 * i) for i in range(9)]),
+        "SCALE": model.accessor([[0.2 + 0.02 * i, 0.35, 0.3] for i in range(9)]),
+    }
+    model.root["extensionsUsed"].append("EXT_mesh_gpu_instancing")
+    node = {"extensions": {"EXT_mesh_gpu_instancing": {"attributes": instances}}}
+    model.mesh(attributes, triangles, model.add("materials", {"pbrMetallicRoughness": pbr(0.6)}), node)
+    model.write(path)
+
+
+def motion():
+    """Writes models whose name states their time, if it is not that of the file's own pose."""
+    keys = [[0, 0, 0], [1, 0.5, 0], [-0.5, 0.5, 0.5]]
+    moved("node_linear_at_1.5s.glb", "translation", keys)
+    moved("node_step_at_1.5s.glb", "translation", keys, "STEP")
+    spline = [[0, 0, 0], [0, 0, 0], [1, 1, 0], [1, 0, 0], [1, 0.5, 0], [0, 2, 0], [0, 0, 0], keys[2], [0, 0, 0]]
+    moved("node_spline_at_0.75s.glb", "translation", spline, "CUBICSPLINE")
+    moved("node_turned_at_0.25s.glb", "rotation", [turned(0), turned(140), turned(200)])
+    moved("node_scaled_at_1.5s.glb", "scale", [[1, 1, 1], [0.5, 1.5, 1], [1.5, -0.5, 1]])
+    skinned("skin_at_0s.glb")
+    skinned("skin_at_0.5s.glb", {"translation": [5, 0, 0]})
+    morphed("morph.glb", 1)
+    morphed("morph_at_0.5s.glb", 0, [0, 2])
+    instanced("instances.glb")
+
+
 def main():
+    motion()
     for roughness in (0.6, 1.0):
         mapped(f"square_plain_{roughness}.glb", square(), roughness, scale=None)
         mapped(f"square_{roughness}.glb", square(), roughness)

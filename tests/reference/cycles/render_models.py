@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """Renders glTF models with Blender's Cycles to NAME.cycles.exr: render_models.py SAMPLES MODEL...
 
-Needs `pip install bpy==4.5.*` (Python 3.11). The camera stands at (0, 0, 4) and looks along -z with
-40 degrees; the world has radiance 0.1; a box filter, no clamp, no denoiser."""
+Needs `pip install bpy==4.5.*` (Python 3.11). A name that ends in _at_1.5s states the
+time of the animation. The camera stands at (0, 0, 4) and looks along -z with 40 degrees; the world has radiance 0.1; a box filter, no clamp, no denoiser."""
 
 import math
+import re
 import sys
 
 import bpy
@@ -35,6 +36,10 @@ def render(source, target, samples):
     }
     for name, value in options.items():
         setattr(scene.cycles, name, value)
+    time = re.search(r"_at_([0-9.]+)s", source)
+    if time:
+        frame = float(time[1]) * scene.render.fps
+        scene.frame_set(int(frame), subframe=frame % 1)
     scene.world = bpy.data.worlds.new("world")
     scene.world.use_nodes = True
     scene.world.node_tree.nodes["Background"].inputs[0].default_value = (0.1, 0.1, 0.1, 1)

@@ -8,7 +8,7 @@ use trisect::device::Choice;
 use trisect::output::exposure::Exposure;
 use trisect::render::{KernelFeatures, MathMode, Sampler, Schedule, Settings, Summation, Traversal};
 use trisect::scene::Includes;
-use trisect::scene::import::is_model;
+use trisect::scene::import::{ModelOptions, is_model};
 
 /// Scene, settings and device of a render.
 #[derive(Clone, Debug, Args)]
@@ -19,6 +19,10 @@ pub struct JobArgs {
     /// Permitted locations of files that the scene names.
     #[command(flatten)]
     pub includes: IncludeArgs,
+
+    /// Parts of models that are drawn.
+    #[command(flatten)]
+    pub model: ModelArgs,
 
     /// Backend to render on.
     #[arg(long, value_enum, default_value_t = Choice::Auto)]
@@ -124,6 +128,41 @@ pub struct JobArgs {
     /// Build of the kernels; fast is available on cuda and wgpu.
     #[arg(long, value_enum, default_value_t = MathMode::Precise)]
     pub math: MathMode,
+}
+
+/// Choices among what glTF models hold, unless the scene file makes them.
+#[derive(Clone, Debug, Default, Args)]
+pub struct ModelArgs {
+    /// Time of the animation of glTF models, in seconds or as 1500ms, 2s, 1m (default: the model's
+    /// own pose; with --animation: 0).
+    #[arg(long, value_name = "TIME", value_parser = parse_moment, allow_negative_numbers = true)]
+    pub time: Option<f64>,
+
+    /// Name of the animation of glTF models (default: their first).
+    #[arg(long, value_name = "NAME")]
+    pub animation: Option<String>,
+
+    /// Name of the variant of the materials of glTF models (default: none).
+    #[arg(long, value_name = "NAME")]
+    pub material_variant: Option<String>,
+}
+
+impl ModelArgs {
+    /// Returns the choices for the library.
+    pub fn options(&self) -> ModelOptions {
+        let Self { time, animation, material_variant } = self;
+        ModelOptions { time: *time, animation: animation.clone(), variant: material_variant.clone() }
+    }
+}
+
+/// Reads a time in seconds, with or without a unit.
+fn parse_moment(text: &str) -> Result<f64, String> {
+    let units = [("ms", 1e-3), ("s", 1.0), ("m", 60.0), ("", 1.0)];
+    let found = units.iter().find_map(|(unit, seconds)| {
+        let number = text.strip_suffix(unit)?.trim().parse::<f64>().ok()?;
+        Some(number * seconds).filter(|time| time.is_finite())
+    });
+    found.ok_or_else(|| "must be a time such as 1.5, 1.5s, 1500ms or 2m".to_owned())
 }
 
 /// Option `--allow-outside`.

@@ -17,7 +17,11 @@ const OUTSIDE: u8 = 6;
 
 /// Prints the findings, and writes a copy in the best space if `--write` is given.
 pub fn run(arguments: &CheckArgs) -> Result<ExitCode, Error> {
-    let scene = SceneDocument::load_including(&arguments.scene, arguments.includes.includes())?;
+    let scene = SceneDocument::load_including(
+        &arguments.scene,
+        arguments.includes.includes(),
+        &arguments.model.options(),
+    )?;
     let report = precision::check(&scene, &scene.image);
     // Error with which a render would refuse the scene, such as a sky that is not a number.
     // Findings outside the range are printed first, because they may be its cause.

@@ -79,7 +79,7 @@ impl Loaded {
     pub fn read(job: &JobArgs, outputs: &Outputs) -> Result<Self, Error> {
         let start = Instant::now();
         let described = match &job.scene {
-            Some(path) => SceneDocument::load_including(path, job.includes.includes())?,
+            Some(path) => SceneDocument::load_including(path, job.includes.includes(), &job.model.options())?,
             None => SceneDocument::hello_world()?,
         };
         outputs.check_inputs("the scene", &job.scene)?;

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use trisect::device::cpu::Cpu;
 use trisect::output::Outputs;
 use trisect::scene::SceneDocument;
+use trisect::scene::import::ModelOptions;
 use trisect_lab::Error;
 use trisect_lab::bench::BenchError;
 use trisect_lab::bench::report::{Report, ReportPlan, is_output};
@@ -18,7 +19,9 @@ pub fn run(arguments: &ReportArgs) -> Result<ExitCode, Error> {
     let scenes: Vec<SceneDocument> = arguments
         .scenes
         .iter()
-        .map(|path| SceneDocument::load_including(path, arguments.includes.includes()))
+        .map(|path| {
+            SceneDocument::load_including(path, arguments.includes.includes(), &ModelOptions::default())
+        })
         .collect::<Result<_, _>>()?;
     let outputs = Outputs::default().folder("-o", Some(out), is_output);
     outputs.check_inputs("a scene", &arguments.scenes)?;

@@ -6,6 +6,7 @@ use trisect::render::Fresnel;
 use trisect::scene::description::{
     Description, Dielectric, Lambertian, Material, Metal, Shape, ShapeKind, Sky,
 };
+use trisect::scene::import::ModelOptions;
 use trisect::scene::{CameraPose, ImageSettings, Rebase, SceneDocument};
 
 /// Maximum number of spheres of a scene.
@@ -62,7 +63,8 @@ pub fn sphere_scene(count: u32) -> Result<SceneDocument, BenchError> {
     };
     let image = ImageSettings { width: 1280, height: 720, samples: 16, depth: 50, fresnel: Fresnel::Schlick };
     let (name, notes) = (format!("{count} spheres"), Vec::new());
-    Ok(SceneDocument { name, description, image, space: Rebase::IDENTITY, notes })
+    let options = ModelOptions::default();
+    Ok(SceneDocument { name, description, image, space: Rebase::IDENTITY, notes, options })
 }
 
 /// Returns centre, radius and cell of at least `count` small spheres that do not touch the large

@@ -199,7 +199,7 @@ impl SceneFile<'_> {
         let materials = Index::new(&self.materials);
         for object in &self.objects {
             if let Object::Mesh { file, .. } = object {
-                source.check_extension(file, &["gltf", "glb", "obj", "ply"], "a model")?;
+                source.check_extension(file, &["gltf", "glb", "obj", "ply", "stl"], "a model")?;
             }
             if let Some(name) = object.material() {
                 materials.find(name, source)?;

@@ -2,6 +2,7 @@
 
 use super::name::Name;
 use super::transform::Transform;
+use crate::import::ModelOptions;
 use crate::limits::has_area;
 use crate::values::some;
 use crate::values::{Direction, Length, MAX_MAGNITUDE, Point, vector};
@@ -81,6 +82,15 @@ pub enum Object<'a> {
         /// A name from `materials`, which replaces all materials of the file.
         #[serde(default, borrow, deserialize_with = "some")]
         material: Option<Name<'a>>,
+        /// Time in seconds of the animation that is drawn; default: the file's own pose.
+        #[serde(default, deserialize_with = "some")]
+        time: Option<f64>,
+        /// Name of the animation; default: the file's first, if a time is given.
+        #[serde(default, deserialize_with = "some")]
+        animation: Option<String>,
+        /// Name of the variant of the file's materials; default: none.
+        #[serde(default, deserialize_with = "some")]
+        variant: Option<String>,
     },
 }
 
@@ -105,6 +115,16 @@ impl<'a> Object<'a> {
         }
     }
 
+    /// Returns what is chosen of what the file of a mesh holds.
+    pub fn options(&self) -> ModelOptions {
+        match self {
+            Self::Mesh { time, animation, variant, .. } => {
+                ModelOptions { time: *time, animation: animation.clone(), variant: variant.clone() }
+            }
+            _ => ModelOptions::default(),
+        }
+    }
+
     /// Checks values of an object that are valid on their own but may not be together.
     fn check(&self) -> Result<(), String> {
         match self {
@@ -123,6 +143,9 @@ impl<'a> Object<'a> {
                     has_area(u, v).map_err(|fault| format!("Box: a side: {fault}"))?;
                 }
                 Ok(())
+            }
+            Self::Mesh { time: Some(time), .. } if !time.is_finite() => {
+                Err(format!("Mesh: time is {time}; it must be finite"))
             }
             _ => Ok(()),
         }

@@ -9,6 +9,10 @@ use trisect_system::memory;
 /// one byte need the most, because such an index becomes four bytes.
 const FACTOR: u64 = 64;
 
+/// Maximum bytes of a description per byte of decompressed data: a vertex of a mesh takes 72 bytes,
+/// and a compressed one 6 or more.
+const DECOMPRESSED: u64 = 16;
+
 /// Bytes that a description may take beyond [`FACTOR`] times its files: many instances of a mesh of
 /// many parts take few bytes in a file.
 const BASE: u64 = 64 << 20;
@@ -35,6 +39,19 @@ impl Budget {
     /// Extends the budget for another file, of `input` bytes.
     pub fn extend(&mut self, input: usize) {
         self.bytes = self.bytes.saturating_add(FACTOR.saturating_mul(input as u64));
+    }
+
+    /// Takes `bytes` for data that is decompressed from `source` bytes, before they are allocated,
+    /// and extends the budget for what is made of them.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError::TooLarge`] as for [`Self::take`].
+    pub fn decompress(&mut self, bytes: u64, source: u64, site: &SourceLocation) -> Result<(), SceneError> {
+        self.take(bytes, site)?;
+        let counted = bytes.min(FACTOR.saturating_mul(source));
+        self.bytes = self.bytes.saturating_add(DECOMPRESSED.saturating_mul(counted));
+        Ok(())
     }
 
     /// Takes `bytes` from the budget before they are allocated.

@@ -1,4 +1,4 @@
-//! Readers of models: glTF 2.0, Wavefront OBJ and PLY.
+//! Readers of models: glTF 2.0, Wavefront OBJ, PLY and STL.
 //!
 //! Each reader turns bytes into a [`Description`] and takes other files through [`Files`]. A
 //! violation of the format is an error that names the place. An unsupported feature is a warning
@@ -13,9 +13,11 @@ pub mod gltf;
 mod images;
 mod mesh;
 pub mod obj;
+mod options;
 mod origin;
 pub mod ply;
 mod source_location;
+pub mod stl;
 #[cfg(test)]
 mod testing;
 #[cfg(test)]
@@ -23,6 +25,7 @@ mod tests;
 mod warnings;
 
 pub use files::{Files, Folder, Includes, NoFiles};
+pub use options::ModelOptions;
 
 use super::description::{Description, TextureImage};
 use super::error::SceneError;
@@ -31,14 +34,15 @@ use source_location::SourceLocation;
 use std::path::Path;
 
 /// A reader: takes bytes, their name in messages and the files beside them.
-type Parse = fn(&[u8], &str, &mut dyn Files) -> Result<Description, SceneError>;
+type Parse = fn(&[u8], &str, &ModelOptions, &mut dyn Files) -> Result<Description, SceneError>;
 
 /// Returns the reader for a file's extension, in upper or lower case.
 fn reader(path: &Path) -> Option<Parse> {
     match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
         "gltf" | "glb" => Some(gltf::parse),
-        "obj" => Some(obj::parse),
-        "ply" => Some(|bytes, name, _| ply::parse(bytes, name)),
+        "obj" => Some(|bytes, name, _, files| obj::parse(bytes, name, files)),
+        "ply" => Some(|bytes, name, _, _| ply::parse(bytes, name)),
+        "stl" => Some(|bytes, name, _, _| stl::parse(bytes, name)),
         _ => None,
     }
 }
@@ -48,8 +52,8 @@ pub fn is_model(path: &Path) -> bool {
     reader(path).is_some()
 }
 
-/// Reads a scene from a `.gltf`, `.glb`, `.obj` or `.ply` file and the files beside it that it
-/// names.
+/// Reads a scene from a `.gltf`, `.glb`, `.obj`, `.ply` or `.stl` file and the files beside it that
+/// it names, as `options` choose.
 ///
 /// # Errors
 ///
@@ -59,33 +63,33 @@ pub fn is_model(path: &Path) -> bool {
 ///   or must not be read
 /// * [`SceneError::Malformed`], [`SceneError::Invalid`], [`SceneError::Unsupported`] and
 ///   [`SceneError::TooLarge`] for their content
-pub fn load(path: &Path) -> Result<Description, SceneError> {
-    load_below(path, &Folder::of(path))
+pub fn load(path: &Path, options: &ModelOptions) -> Result<Description, SceneError> {
+    load_below(path, options, &Folder::of(path))
 }
 
-/// Reads a model that a scene in `folder` names. The files that the model names must be in that
-/// folder too.
+/// Reads a model that a scene in `folder` names, as `options` choose. The files that the model
+/// names must be in that folder too.
 ///
 /// # Errors
 ///
 /// Those of [`load`].
-pub fn load_below(path: &Path, folder: &Folder) -> Result<Description, SceneError> {
+pub fn load_below(path: &Path, options: &ModelOptions, folder: &Folder) -> Result<Description, SceneError> {
     let parse = reader(path).ok_or_else(|| SceneError::UnknownFormat { path: path.to_owned() })?;
     let bytes = files::read_whole(path)?;
     let mut folder = folder.beside(path);
-    let mut description = parse(&bytes, &path.display().to_string(), &mut folder)?;
+    let mut description = parse(&bytes, &path.display().to_string(), options, &mut folder)?;
     description.files.push(path.to_owned());
     description.files.extend(folder.into_read());
     Ok(description)
 }
 
-/// Reads a PNG or JPEG file as an image for textures; its colours are sRGB-encoded unless they are
-/// `linear`.
+/// Reads a PNG, JPEG, WebP or KTX2 file as an image for textures; its colours are sRGB-encoded
+/// unless they are `linear`.
 ///
 /// # Errors
 ///
 /// * [`SceneError::Read`] for a file that cannot be read
-/// * [`SceneError::Malformed`] and [`SceneError::Unsupported`] for a file that is neither
+/// * [`SceneError::Malformed`] and [`SceneError::Unsupported`] for a file that is none of these
 /// * [`SceneError::TooLarge`] for more than 16384 texels across or down, or more than fit into
 ///   memory
 pub fn texture(path: &Path, linear: bool) -> Result<TextureImage, SceneError> {

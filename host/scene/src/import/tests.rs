@@ -1,5 +1,6 @@
 //! Damaged and hostile files.
 
+use super::ModelOptions;
 use super::testing::{Memory, ROUNDED, Random, error_in_space, far_vertices, floats, glb, png, shorts};
 use super::{Parse, is_model, load, texture};
 use super::{gltf, obj, ply};
@@ -33,6 +34,11 @@ fn check(description: &Description) {
 
 /// Parses mutations of a file and of the files beside it, then the file itself, which must be
 /// valid.
+/// Returns choices that read all that a file holds.
+fn options() -> ModelOptions {
+    ModelOptions { time: Some(0.5), ..ModelOptions::default() }
+}
+
 fn mutate(file: &[u8], files: &[(&'static str, Vec<u8>)], rounds: usize, parse: Parse) {
     let mut random = Random(file.len() as u64);
     let mut usable = 0;
@@ -42,13 +48,13 @@ fn mutate(file: &[u8], files: &[(&'static str, Vec<u8>)], rounds: usize, parse: 
         let broken = random.below(all.len());
         random.mutate(&mut all[broken].1);
         let (_, bytes) = all.swap_remove(0);
-        if let Ok(description) = parse(&bytes, "test", &mut Memory(all.into_iter().collect())) {
+        if let Ok(description) = parse(&bytes, "test", &options(), &mut Memory(all.into_iter().collect())) {
             check(&description);
             usable += 1;
         }
     }
     assert!(usable > rounds / 100, "{usable} of {rounds} can be read: too few to have gone deep");
-    check(&parse(file, "test", &mut Memory(files.iter().cloned().collect())).unwrap());
+    check(&parse(file, "test", &options(), &mut Memory(files.iter().cloned().collect())).unwrap());
 }
 
 /// Returns a GLB file with one of each construct.
@@ -61,28 +67,45 @@ fn everything() -> Vec<u8> {
     let image = png(2, 2, &[[200, 100, 50, 255]; 4]);
     let length = image.len();
     data.extend(image);
+    data.resize(data.len().next_multiple_of(4), 0);
+    let at = data.len();
+    data.extend(floats(&[0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0])); // times, rotations
+    data.extend([0u8; 16]); // joints
+    data.extend(floats(&[1.0, 0.0, 0.0, 0.0].repeat(4)));
     let json = format!(
         r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],
 "extensionsUsed":["KHR_texture_transform","KHR_lights_punctual","X_other"],"buffers":[{{"byteLength":{}}}],
 "bufferViews":[{{"buffer":0,"byteLength":96,"byteStride":12}},{{"buffer":0,"byteOffset":96,"byteLength":32}},
 {{"buffer":0,"byteOffset":128,"byteLength":16}},{{"buffer":0,"byteOffset":144,"byteLength":12}},
-{{"buffer":0,"byteOffset":156,"byteLength":{length}}}],
+{{"buffer":0,"byteOffset":156,"byteLength":{length}}},{{"buffer":0,"byteOffset":{at},"byteLength":120}}],
 "accessors":[{{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3","sparse":{{"count":1,
 "indices":{{"bufferView":2,"byteOffset":12,"componentType":5123}},"values":{{"bufferView":3}}}}}},
 {{"bufferView":0,"byteOffset":48,"componentType":5126,"count":4,"type":"VEC3"}},
 {{"bufferView":1,"componentType":5126,"count":4,"type":"VEC2"}},
-{{"bufferView":2,"componentType":5123,"count":6,"type":"SCALAR"}}],
+{{"bufferView":2,"componentType":5123,"count":6,"type":"SCALAR"}},
+{{"bufferView":5,"componentType":5126,"count":2,"type":"SCALAR"}},
+{{"bufferView":5,"byteOffset":8,"componentType":5126,"count":2,"type":"VEC4"}},
+{{"bufferView":5,"byteOffset":40,"componentType":5121,"count":4,"type":"VEC4"}},
+{{"bufferView":5,"byteOffset":56,"componentType":5126,"count":4,"type":"VEC4"}}],
+"animations":[{{"samplers":[{{"input":4,"output":5}},{{"input":4,"output":4,"interpolation":"STEP"}}],
+"channels":[{{"sampler":0,"target":{{"node":0,"path":"rotation"}}}},{{"sampler":1,"target":{{"node":1,"path":"weights"}}}}]}}],
+"skins":[{{"joints":[0,2]}}],
 "images":[{{"bufferView":4}},{{"uri":"a.png"}}],"samplers":[{{"magFilter":9728,"wrapS":33071}}],
 "textures":[{{"source":0,"sampler":0}},{{"source":1}}],
 "materials":[{{"pbrMetallicRoughness":{{"baseColorTexture":{{"index":0}},"metallicRoughnessTexture":{{"index":1,
 "extensions":{{"KHR_texture_transform":{{"offset":[1,2],"rotation":3,"scale":[4,5]}}}}}}}},"emissiveFactor":[1,2,3],
 "alphaMode":"MASK","extensions":{{"KHR_materials_ior":{{"ior":1.4}},"KHR_materials_transmission":{{"transmissionFactor":1}}}}}}],
 "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0,"NORMAL":1,"TEXCOORD_0":2}},"indices":3,"material":0}},
-{{"attributes":{{"POSITION":0}},"mode":5}}]}}],
+{{"attributes":{{"POSITION":0}},"mode":5}}]}},{{"weights":[0.5],"primitives":[{{"attributes":{{"POSITION":0,"JOINTS_0":6,
+"WEIGHTS_0":7}},"targets":[{{"POSITION":1}}],"material":0,"extensions":{{"KHR_materials_variants":{{"mappings":[
+{{"material":0,"variants":[0]}}]}}}}}}]}}],
 "cameras":[{{"type":"perspective","perspective":{{"yfov":0.7}}}}],
-"extensions":{{"KHR_lights_punctual":{{"lights":[{{"type":"spot","intensity":7,"spot":{{"outerConeAngle":0.5}}}}]}}}},
-"nodes":[{{"children":[1,2],"scale":[2,2,2]}},{{"mesh":0,"rotation":[0,0,0,1]}},
-{{"camera":0,"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,3,4,5,1],"extensions":{{"KHR_lights_punctual":{{"light":0}}}}}}]}}"#,
+"extensions":{{"KHR_lights_punctual":{{"lights":[{{"type":"spot","intensity":7,"spot":{{"outerConeAngle":0.5}}}}]}},
+"KHR_materials_variants":{{"variants":[{{"name":"v"}}]}}}},
+"nodes":[{{"children":[1,2,3],"scale":[2,2,2]}},{{"mesh":0,"rotation":[0,0,0,1]}},
+{{"camera":0,"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,3,4,5,1],"extensions":{{"KHR_lights_punctual":{{"light":0}}}}}},
+{{"mesh":1,"skin":0,"extensions":{{"EXT_mesh_gpu_instancing":{{"attributes":{{"ROTATION":5}}}},
+"KHR_node_visibility":{{"visible":true}}}}}}]}}"#,
         data.len()
     );
     glb(&json, Some(&data))
@@ -100,7 +123,7 @@ fn mutations_of_obj_do_not_panic() {
     let mtl = "newmtl a\nKd 0.5 0.25 1\nmap_Kd -s 1 2 -o 3 4 5 -clamp on a.png\nillum 2\nd 0.5\nKe 1 2 3\n\
                newmtl b\nillum 7\nNi 1.5\nPr 0.25\nTf 1 1 1\nKs 0.5 0.5 0.5\nNs 10\n";
     let files = [("a.mtl", mtl.as_bytes().to_vec()), ("a.png", png(1, 1, &[[1, 2, 3, 4]]))];
-    mutate(obj.as_bytes(), &files, 2000, obj::parse);
+    mutate(obj.as_bytes(), &files, 2000, |bytes, name, _, files| obj::parse(bytes, name, files));
 }
 
 #[test]
@@ -118,7 +141,7 @@ fn mutations_of_ply_do_not_panic() {
     }
     numbers.extend([4, 0, 1, 2, 3, 3, 0, 1, 3, 0]);
     let words: Vec<String> = numbers.iter().map(u8::to_string).collect();
-    let parse: Parse = |bytes, name, _| ply::parse(bytes, name);
+    let parse: Parse = |bytes, name, _, _| ply::parse(bytes, name);
     mutate((header("ascii") + &words.join(" ")).as_bytes(), &[], 3000, parse);
     for format in ["binary_little_endian", "binary_big_endian"] {
         mutate(&[header(format).as_bytes(), &numbers].concat(), &[], 2000, parse);
@@ -131,12 +154,15 @@ fn extensions_choose_the_format() {
     std::fs::create_dir_all(&root).unwrap();
     std::fs::write(root.join("a.GLB"), everything()).unwrap();
     std::fs::write(root.join("a.png"), png(1, 1, &[[1, 2, 3, 4]])).unwrap();
-    assert_eq!(load(&root.join("a.GLB")).unwrap().meshes.len(), 2);
-    assert!(matches!(load(&root.join("a.fbx")), Err(SceneError::UnknownFormat { .. })));
+    assert_eq!(load(&root.join("a.GLB"), &ModelOptions::default()).unwrap().meshes.len(), 3);
+    assert!(matches!(
+        load(&root.join("a.fbx"), &ModelOptions::default()),
+        Err(SceneError::UnknownFormat { .. })
+    ));
     assert!(is_model(Path::new("a.Ply")) && !is_model(Path::new("a.ron")) && !is_model(Path::new("ply")));
     assert!(matches!(texture(&root.join("a.png"), true).unwrap().texels, Texels::Linear8(_)));
     assert!(matches!(texture(&root.join("a.GLB"), false), Err(SceneError::Malformed { .. })));
-    assert!(matches!(load(Path::new("none.ply")), Err(SceneError::Read { .. })));
+    assert!(matches!(load(Path::new("none.ply"), &ModelOptions::default()), Err(SceneError::Read { .. })));
     std::fs::remove_dir_all(root).unwrap();
 }
 
@@ -154,7 +180,7 @@ fn far_models_of_a_scene_keep_their_shape() {
         );
         let path = root.join("a.ron");
         std::fs::write(&path, text).unwrap();
-        SceneDocument::load_including(&path, Includes::Below).unwrap().description
+        SceneDocument::load_including(&path, Includes::Below, &ModelOptions::default()).unwrap().description
     };
     let error = error_in_space(scene(""));
     assert!(error <= ROUNDED, "{error:e}");

@@ -1,6 +1,7 @@
 //! Writes a copy of a scene file with another `space` or camera. Used by `trisect check --write`
 //! and by the viewer.
 
+use crate::import::ModelOptions;
 use crate::values::point_text;
 use crate::{
     CameraPose, Rebase, SceneDocument, SceneError, camera_value, insert_camera, insert_space, is_model,
@@ -107,6 +108,18 @@ pub fn write(from: &Path, scene: &SceneDocument, change: Change, to: &Path) -> R
     write_atomic_or_in_place(to, text.as_bytes()).map_err(io(to))
 }
 
+/// Returns the fields of a mesh that choose what is drawn of its model.
+fn choices(options: &ModelOptions) -> String {
+    let ModelOptions { time, animation, variant } = options;
+    let mut text = time.map_or_else(String::new, |time| format!(", time: {time:?}"));
+    for (field, name) in [("animation", animation), ("variant", variant)] {
+        text += &name
+            .as_ref()
+            .map_or_else(String::new, |name| format!(", {field}: \"{}\"", name.escape_default()));
+    }
+    text
+}
+
 /// Returns the value of the field `space`. Rust's debug format of an f64 reads back to the same
 /// bits.
 fn field(space: Rebase) -> String {
@@ -141,6 +154,8 @@ fn around_model(from: &Path, scene: &SceneDocument, change: Change) -> Result<St
     if let Some(crate::description::Sky::Gradient { bottom, top }) = &scene.description.sky {
         text += &format!("    sky: Gradient(bottom: {}, top: {}),\n", point_text(*bottom), point_text(*top));
     }
-    text += &format!("    materials: {{}},\n    objects: [Mesh(file: \"{}\")],\n)\n", name.escape_default());
+    let name = name.escape_default();
+    let options = choices(&scene.options);
+    text += &format!("    materials: {{}},\n    objects: [Mesh(file: \"{name}\"{options})],\n)\n");
     Ok(text)
 }

@@ -5,6 +5,7 @@ use super::super::description::{
 };
 use super::*;
 use crate::description::TextureImage;
+use crate::import::ModelOptions;
 use glam::DAffine3;
 use std::path::Path;
 use trisect_image::Image;
@@ -27,7 +28,7 @@ impl Files {
 }
 
 impl Loader for Files {
-    fn model(&mut self, path: &Path) -> Result<Description, SceneError> {
+    fn model(&mut self, path: &Path, _: &ModelOptions) -> Result<Description, SceneError> {
         self.ask(path)?;
         let texture = TextureUse {
             image: 0,

@@ -21,7 +21,7 @@ pub enum Component {
 /// The elements that the user of an accessor accepts.
 #[derive(Clone, Copy, Debug)]
 pub struct Expected {
-    /// glTF's `type` of an element: `SCALAR`, `VEC2`, `VEC3` or `VEC4`.
+    /// glTF's `type` of an element: `SCALAR`, `VEC2`, `VEC3`, `VEC4` or `MAT4`.
     pub kind: &'static str,
     pub components: &'static [Component],
 }
@@ -39,11 +39,37 @@ pub struct Elements<'a> {
     sparse: Option<(Strided<'a>, Component, Strided<'a>, u32)>, // indices, their type, values, count
 }
 
+/// An attribute of all vertices that was decompressed.
+#[derive(Debug)]
+pub struct Attribute {
+    /// Numbers of the vertices, one after the other.
+    pub bytes: Vec<u8>,
+    /// Type of a number.
+    pub component: Component,
+    /// Numbers of a vertex.
+    pub width: usize,
+    /// True if integers stand for 0 to 1, or -1 to 1.
+    pub normalized: bool,
+}
+
 /// Elements at a constant stride in bytes.
 #[derive(Clone, Copy, Debug)]
 struct Strided<'a> {
     bytes: &'a [u8],
     stride: usize,
+}
+
+impl Expected {
+    /// Returns the numbers of an element.
+    fn width(self) -> usize {
+        match self.kind {
+            "SCALAR" => 1,
+            "VEC2" => 2,
+            "VEC4" => 4,
+            "MAT4" => 16,
+            _ => 3,
+        }
+    }
 }
 
 impl Component {
@@ -59,7 +85,7 @@ impl Component {
         })
     }
 
-    fn size(self) -> usize {
+    pub fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
             Self::I16 | Self::U16 => 2,
@@ -79,12 +105,7 @@ impl<'a> Elements<'a> {
     ) -> Result<Self, SceneError> {
         let accessor = get(&document.root.accessors, index, "accessors", user)?;
         let site = document.site(format!("accessors[{index}]"));
-        let width = match expected.kind {
-            "SCALAR" => 1,
-            "VEC2" => 2,
-            "VEC4" => 4,
-            _ => 3,
-        };
+        let width = expected.width();
         let component = Component::of(accessor.component_type);
         let component = component.filter(|found| expected.components.contains(found));
         let Some(component) = component.filter(|_| accessor.kind == expected.kind) else {
@@ -111,6 +132,23 @@ impl<'a> Elements<'a> {
         };
         elements.open_sparse(document, budget, accessor, size, &site)?;
         Ok(elements)
+    }
+
+    /// Opens an attribute that was decompressed; `place` stands for it in messages.
+    pub fn of_attribute(
+        attribute: &'a Attribute,
+        count: u32,
+        expected: Expected,
+        user: &SourceLocation,
+    ) -> Result<Self, SceneError> {
+        let Attribute { ref bytes, component, width, normalized } = *attribute;
+        if !expected.components.contains(&component) || width != expected.width() {
+            let problem = format!("its Draco data has {width} numbers of {component:?} for each vertex");
+            let remedy = format!("it takes {} of {:?}", expected.kind, expected.components);
+            return Err(user.malformed(problem, remedy));
+        }
+        let base = Some(Strided { bytes, stride: width * component.size() });
+        Ok(Self { count, component, normalized, base, sparse: None, place: user.place.clone() })
     }
 
     /// Opens the sparse part of an accessor, and checks that its indices ascend and are in range.
@@ -160,6 +198,13 @@ impl<'a> Elements<'a> {
     pub fn floats<const N: usize>(&self, element: u32) -> [f32; N] {
         self.locate(element).map_or([0.0; N], |(source, element)| {
             std::array::from_fn(|axis| source.float(element, axis, self.component, self.normalized))
+        })
+    }
+
+    /// Returns an element of unsigned integers.
+    pub fn integers<const N: usize>(&self, element: u32) -> [u32; N] {
+        self.locate(element).map_or([0; N], |(source, element)| {
+            std::array::from_fn(|axis| source.component(element, axis, self.component))
         })
     }
 
@@ -240,10 +285,14 @@ impl<'a> Strided<'a> {
     }
 
     fn integer(&self, element: u32, component: Component) -> u32 {
+        self.component(element, 0, component)
+    }
+
+    fn component(&self, element: u32, axis: usize, component: Component) -> u32 {
         match component.size() {
-            1 => u8::from_le_bytes(self.number(element, 0)).into(),
-            2 => u16::from_le_bytes(self.number(element, 0)).into(),
-            _ => u32::from_le_bytes(self.number(element, 0)),
+            1 => u8::from_le_bytes(self.number(element, axis)).into(),
+            2 => u16::from_le_bytes(self.number(element, axis)).into(),
+            _ => u32::from_le_bytes(self.number(element, axis)),
         }
     }
 }

@@ -3,8 +3,8 @@
 use super::super::budget::Budget;
 use super::super::files::{Files, readable};
 use super::super::source_location::{SourceLocation, shown};
-use super::features::DECOMPRESS;
 use super::json::Root;
+use super::meshopt;
 use crate::error::SceneError;
 
 use base64::alphabet::STANDARD;
@@ -16,18 +16,28 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::rc::Rc;
 
-/// Contents of the buffers, by index.
+/// Contents of the buffers.
 #[derive(Debug)]
-pub struct Buffers<'a>(Vec<Content<'a>>);
+pub struct Buffers<'a> {
+    /// Contents by the index of the buffer.
+    contents: Vec<Content<'a>>,
+    /// Contents of views that were compressed, by the index of the view.
+    decompressed: HashMap<u32, Vec<u8>>,
+}
 
 #[derive(Debug)]
 enum Content<'a> {
     Chunk(&'a [u8]),
-    File { bytes: Rc<Vec<u8>>, length: usize },
+    File {
+        bytes: Rc<Vec<u8>>,
+        length: usize,
+    },
+    /// A buffer without data, whose views are compressed in others.
+    Placeholder,
 }
 
 impl<'a> Buffers<'a> {
-    /// Reads all buffers; `chunk` is the binary chunk of a GLB.
+    /// Reads all buffers, and decompresses views; `chunk` is the binary chunk of a GLB.
     pub fn read(
         root: &Root,
         name: &str,
@@ -68,15 +78,49 @@ impl<'a> Buffers<'a> {
                         .as_ref()
                         .is_some_and(|e| e.ext_meshopt.is_some() || e.khr_meshopt.is_some()) =>
                 {
-                    let feature = "a buffer whose only data is meshopt data";
-                    return Err(site.member("extensions").unsupported(feature, DECOMPRESS));
+                    Content::Placeholder
                 }
                 (None, _) => {
                     return Err(site.malformed("it has no uri", "only a GLB's first buffer may have none"));
                 }
             });
         }
-        Ok(Self(contents))
+        let mut buffers = Self { contents, decompressed: HashMap::new() };
+        for (index, view) in (0..).zip(&root.buffer_views) {
+            let Some(extensions) = view.extensions.as_deref() else { continue };
+            let of_khronos = extensions.khr_meshopt.as_ref();
+            let Some(compressed) = of_khronos.or(extensions.ext_meshopt.as_ref()) else { continue };
+            let site = SourceLocation::new(name, format!("bufferViews[{index}] (meshopt)"));
+            let (offset, length) = (compressed.byte_offset, compressed.byte_length);
+            let source = buffers.range(compressed.buffer, offset, length, &site)?;
+            let bytes = meshopt::decode(source, compressed, of_khronos.is_some(), budget, &site)?;
+            buffers.decompressed.insert(index, bytes);
+        }
+        Ok(buffers)
+    }
+
+    /// Returns bytes of a buffer.
+    fn range(
+        &self,
+        buffer: u32,
+        offset: u64,
+        length: u64,
+        site: &SourceLocation,
+    ) -> Result<&[u8], SceneError> {
+        let content = match get(&self.contents, buffer, "buffers", site)? {
+            Content::Chunk(bytes) => bytes,
+            Content::File { bytes, length } => bytes.get(..*length).unwrap_or_default(),
+            Content::Placeholder => {
+                let problem = format!("buffers[{buffer}] has no data but that of compressed views");
+                return Err(site.malformed(problem, "export the file again"));
+            }
+        };
+        let end = offset.checked_add(length).and_then(|end| usize::try_from(end).ok());
+        end.and_then(|end| content.get(offset as usize..end)).ok_or_else(|| {
+            let problem =
+                format!("{length} bytes at {offset} reach beyond buffers[{buffer}] of {}", content.len());
+            site.malformed(problem, "byteOffset and byteLength must stay within the buffer")
+        })
     }
 
     /// Returns the bytes of a buffer view, and its stride if it has one.
@@ -88,23 +132,10 @@ impl<'a> Buffers<'a> {
     ) -> Result<(&[u8], Option<u64>), SceneError> {
         let view = get(&root.buffer_views, index, "bufferViews", user)?;
         let site = SourceLocation::new(user.file, format!("bufferViews[{index}]"));
-        let content = match get(&self.0, view.buffer, "buffers", &site)? {
-            Content::Chunk(bytes) => bytes,
-            Content::File { bytes, length } => bytes.get(..*length).unwrap_or_default(),
-        };
-        let end = view.byte_offset.checked_add(view.byte_length).and_then(|end| usize::try_from(end).ok());
-        let bytes = end.and_then(|end| content.get(view.byte_offset as usize..end));
-        let Some(bytes) = bytes else {
-            let problem = format!(
-                "{} bytes at {} reach beyond buffers[{}] of {}",
-                view.byte_length,
-                view.byte_offset,
-                view.buffer,
-                content.len()
-            );
-            return Err(site.malformed(problem, "byteOffset and byteLength must stay within the buffer"));
-        };
-        Ok((bytes, view.byte_stride))
+        if let Some(bytes) = self.decompressed.get(&index) {
+            return Ok((bytes, view.byte_stride));
+        }
+        Ok((self.range(view.buffer, view.byte_offset, view.byte_length, &site)?, view.byte_stride))
     }
 }
 

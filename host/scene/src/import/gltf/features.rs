@@ -7,12 +7,20 @@ use super::json::Root;
 use crate::error::SceneError;
 
 /// Supported extensions.
-const SUPPORTED: [&str; 6] = [
+const SUPPORTED: [&str; 14] = [
+    "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
+    "EXT_texture_webp",
+    "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_transmission",
+    "KHR_materials_variants",
     "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
+    "KHR_node_visibility",
+    "KHR_texture_basisu",
     "KHR_texture_transform",
 ];
 
@@ -23,13 +31,7 @@ pub const DECOMPRESS: &str =
 /// Returns the remedy for a required extension.
 fn remedy(extension: &str) -> &'static str {
     match extension {
-        "KHR_draco_mesh_compression" | "EXT_meshopt_compression" | "KHR_meshopt_compression" => DECOMPRESS,
-        "KHR_texture_basisu" => {
-            "convert its KTX2 textures to PNG with `gltf-transform ktxdecompress in.glb out.glb`"
-        }
-        "EXT_texture_webp" | "EXT_texture_avif" | "MSFT_texture_dds" => {
-            "export the file with PNG or JPEG textures"
-        }
+        "EXT_texture_avif" | "MSFT_texture_dds" => "export the file with PNG or JPEG textures",
         _ => "export the file without it",
     }
 }
@@ -55,16 +57,6 @@ pub fn check(root: &Root, name: &str, warnings: &mut Warnings) -> Result<(), Sce
             warnings.once(text);
         }
     };
-    warn(
-        !root.animations.is_empty(),
-        "animations are not supported: the static transforms of the nodes are used",
-    );
-    warn(!root.skins.is_empty(), "skins are not supported: skinned meshes keep their own shape and place");
-    let mut primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
-    warn(
-        primitives.any(|primitive| primitive.targets.is_some()),
-        "morph targets are not supported and ignored",
-    );
     warn(
         root.materials.iter().any(|material| material.occlusion_texture.is_some()),
         "occlusion maps (occlusionTexture) are not supported and ignored: occlusion is computed",

@@ -91,7 +91,7 @@ objects! {
         #[serde(default)] extensions_used: Vec<String>,
         #[serde(default)] extensions_required: Vec<String>,
         #[serde(default)] accessors: Vec<Accessor>,
-        #[serde(default)] animations: Vec<IgnoredAny>,
+        #[serde(default)] animations: Vec<Animation>,
         #[serde(default)] buffers: Vec<Buffer>,
         #[serde(default)] buffer_views: Vec<BufferView>,
         #[serde(default, deserialize_with = "at_most::<FEW, _, _>")] cameras: Vec<Camera>,
@@ -102,7 +102,7 @@ objects! {
         #[serde(default, deserialize_with = "at_most::<FEW, _, _>")] samplers: Vec<Sampler>,
         scene: Option<u32>,
         #[serde(default, deserialize_with = "at_most::<FEW, _, _>")] scenes: Vec<Scene>,
-        #[serde(default)] skins: Vec<IgnoredAny>,
+        #[serde(default)] skins: Vec<Skin>,
         #[serde(default, deserialize_with = "at_most::<FEW, _, _>")] textures: Vec<Texture>,
         #[serde(default)] extensions: RootExtensions,
     }
@@ -113,6 +113,13 @@ objects! {
     #[derive(Default)]
     RootExtensions {
         #[serde(rename = "KHR_lights_punctual")] lights: Option<LightList>,
+        #[serde(rename = "KHR_materials_variants")] variants: Option<VariantList>,
+    }
+    VariantList {
+        #[serde(deserialize_with = "at_most::<FEW, _, _>")] variants: Vec<Variant>,
+    }
+    Variant {
+        name: Box<str>,
     }
     LightList {
         #[serde(deserialize_with = "at_most::<FEW, _, _>")] lights: Vec<Light>,
@@ -156,6 +163,20 @@ objects! {
         #[serde(default)] byte_offset: u64,
         byte_length: u64,
         byte_stride: Option<u64>,
+        #[serde(default)] extensions: Option<Box<BufferViewExtensions>>,
+    }
+    BufferViewExtensions {
+        #[serde(rename = "EXT_meshopt_compression")] ext_meshopt: Option<Meshopt>,
+        #[serde(rename = "KHR_meshopt_compression")] khr_meshopt: Option<Meshopt>,
+    }
+    Meshopt {
+        buffer: u32,
+        #[serde(default)] byte_offset: u64,
+        byte_length: u64,
+        byte_stride: u64,
+        count: u64,
+        mode: Box<str>,
+        filter: Option<Box<str>>,
     }
     Buffer {
         uri: Option<String>,
@@ -233,17 +254,30 @@ objects! {
     Mesh {
         name: Option<Box<str>>,
         primitives: Vec<Primitive>,
+        weights: Option<Vec<f64>>,
     }
     Primitive {
         attributes: BTreeMap<Box<str>, u32>,
         indices: Option<u32>,
         material: Option<u32>,
         #[serde(default = "triangles")] mode: u32,
-        targets: Option<IgnoredAny>,
+        targets: Option<Vec<BTreeMap<Box<str>, u32>>>,
         #[serde(default)] extensions: Option<Box<PrimitiveExtensions>>,
     }
     PrimitiveExtensions {
-        #[serde(rename = "KHR_draco_mesh_compression")] draco: Option<IgnoredAny>,
+        #[serde(rename = "KHR_draco_mesh_compression")] draco: Option<DracoExtension>,
+        #[serde(rename = "KHR_materials_variants")] variants: Option<VariantMappings>,
+    }
+    DracoExtension {
+        buffer_view: u32,
+        #[serde(default)] attributes: BTreeMap<Box<str>, u32>,
+    }
+    VariantMappings {
+        #[serde(deserialize_with = "at_most::<FEW, _, _>")] mappings: Vec<VariantMapping>,
+    }
+    VariantMapping {
+        material: u32,
+        variants: Vec<u32>,
     }
     Node {
         name: Option<Box<str>>,
@@ -254,10 +288,42 @@ objects! {
         scale: Option<Box<[f64; 3]>>,
         camera: Option<u32>,
         mesh: Option<u32>,
+        skin: Option<u32>,
+        weights: Option<Box<[f64]>>,
         extensions: Option<Box<NodeExtensions>>,
     }
     NodeExtensions {
         #[serde(rename = "KHR_lights_punctual")] light: Option<NodeLight>,
+        #[serde(rename = "EXT_mesh_gpu_instancing")] instancing: Option<Instancing>,
+        #[serde(rename = "KHR_node_visibility")] visibility: Option<Visibility>,
+    }
+    Instancing {
+        #[serde(default)] attributes: BTreeMap<Box<str>, u32>,
+    }
+    Visibility {
+        #[serde(default = "yes")] visible: bool,
+    }
+    Skin {
+        inverse_bind_matrices: Option<u32>,
+        joints: Vec<u32>,
+    }
+    Animation {
+        name: Option<Box<str>>,
+        #[serde(default)] channels: Vec<Channel>,
+        #[serde(default)] samplers: Vec<ChannelSampler>,
+    }
+    Channel {
+        sampler: u32,
+        target: ChannelTarget,
+    }
+    ChannelTarget {
+        node: Option<u32>,
+        path: Box<str>,
+    }
+    ChannelSampler {
+        input: u32,
+        output: u32,
+        interpolation: Option<Box<str>>,
     }
     NodeLight {
         light: u32,
@@ -277,13 +343,16 @@ objects! {
         #[serde(default)] extensions: Option<Box<TextureExtensions>>,
     }
     TextureExtensions {
-        #[serde(rename = "KHR_texture_basisu")] ktx2: Option<IgnoredAny>,
-        #[serde(rename = "EXT_texture_webp")] webp: Option<IgnoredAny>,
+        #[serde(rename = "KHR_texture_basisu")] ktx2: Option<TextureSource>,
+        #[serde(rename = "EXT_texture_webp")] webp: Option<TextureSource>,
+    }
+    TextureSource {
+        source: Option<u32>,
     }
 }
 
 // Sizes of the structs that `{}` in a list becomes.
-const _: () = assert!(size_of::<Node>() <= 96 && size_of::<Material>() <= 128);
+const _: () = assert!(size_of::<Node>() <= 128 && size_of::<Material>() <= 128);
 
 impl Default for MetallicRoughness {
     fn default() -> Self {
@@ -299,6 +368,10 @@ impl Default for MetallicRoughness {
 
 fn one() -> f64 {
     1.0
+}
+
+fn yes() -> bool {
+    true
 }
 
 fn white() -> [f64; 3] {

@@ -3,11 +3,12 @@
 use super::super::images::Curve;
 use super::super::source_location::{SourceLocation, shown};
 use super::super::warnings::Warnings;
-use super::json::{self, MetallicRoughness, TextureInfo};
+use super::json::{self, MetallicRoughness, Primitive, TextureInfo};
 use super::texture;
 use super::{Document, Output};
 use crate::description::{self, Alpha, Material, TextureUse};
 use crate::error::SceneError;
+use crate::import::ModelOptions;
 use crate::values::MAX_MAGNITUDE;
 use glam::{DVec3, DVec4};
 use std::collections::HashMap;
@@ -20,8 +21,12 @@ const MAX_SCALE: f64 = 1e6;
 
 /// Materials in use, by their index in the document; `None` is the material of primitives that name
 /// none.
-#[derive(Debug, Default)]
-pub struct Materials(HashMap<Option<u32>, Known>);
+#[derive(Debug)]
+pub struct Materials {
+    known: HashMap<Option<u32>, Known>,
+    /// Index of the variant that is drawn.
+    variant: Option<u32>,
+}
 
 /// A material of the description.
 #[derive(Clone, Copy, Debug)]
@@ -35,16 +40,65 @@ pub struct Known {
 }
 
 impl Materials {
+    /// Returns the materials of the document in the variant that `options` name, before any is
+    /// read.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError::Malformed`] for a variant that does not exist
+    pub fn of(document: &Document, output: &mut Output, options: &ModelOptions) -> Result<Self, SceneError> {
+        let variants = document.root.extensions.variants.as_ref();
+        let names: Vec<_> =
+            variants.map_or(&[][..], |list| &list.variants).iter().map(|of| &*of.name).collect();
+        let list = || {
+            let first = names.iter().take(8).map(|name| format!("\"{}\"", shown(name)));
+            first.collect::<Vec<_>>().join(", ") + if names.len() > 8 { ", …" } else { "" }
+        };
+        let variant = match &options.variant {
+            None => {
+                if !names.is_empty() {
+                    output.notes.push(format!("drawn without a variant of the materials; it has {}", list()));
+                }
+                None
+            }
+            Some(wanted) => {
+                let found =
+                    names.iter().position(|name| name == wanted).and_then(|at| u32::try_from(at).ok());
+                let has = if names.is_empty() { "none".to_owned() } else { list() };
+                let site = document.site("extensions.KHR_materials_variants");
+                let problem = || format!("there is no variant \"{}\" of the materials", shown(wanted));
+                Some(found.ok_or_else(|| site.malformed(problem(), format!("it has {has}")))?)
+            }
+        };
+        Ok(Self { known: HashMap::new(), variant })
+    }
+
+    /// Returns the material of a primitive in the variant that is drawn.
+    pub fn of_primitive(
+        &mut self,
+        document: &Document,
+        output: &mut Output,
+        primitive: &Primitive,
+        site: &SourceLocation,
+    ) -> Result<Known, SceneError> {
+        let mappings = primitive.extensions.as_deref().and_then(|of| of.variants.as_ref());
+        let of_variant = self.variant.and_then(|variant| {
+            let mapping = mappings?.mappings.iter().find(|of| of.variants.contains(&variant))?;
+            Some(mapping.material)
+        });
+        self.get(document, output, of_variant.or(primitive.material), site)
+    }
+
     /// Returns the material that a primitive names, and adds it to the description at its first
     /// use.
-    pub fn get(
+    fn get(
         &mut self,
         document: &Document,
         output: &mut Output,
         index: Option<u32>,
         user: &SourceLocation,
     ) -> Result<Known, SceneError> {
-        if let Some(known) = self.0.get(&index) {
+        if let Some(known) = self.known.get(&index) {
             return Ok(*known);
         }
         let (material, sets) = match index {
@@ -54,7 +108,7 @@ impl Materials {
         let is_mapped = material.normal_texture.is_some();
         output.description.materials.push(material);
         let known = Known { index: output.description.materials.len() - 1, sets, is_mapped };
-        self.0.insert(index, known);
+        self.known.insert(index, known);
         Ok(known)
     }
 }

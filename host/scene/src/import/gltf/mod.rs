@@ -4,19 +4,25 @@
 //! supported features for users.
 
 mod accessor;
+mod attributes;
 mod buffers;
 mod camera;
 mod container;
+mod draco;
 mod features;
+mod instancing;
 mod json;
 mod light;
 mod material;
+mod meshopt;
+mod motion;
 mod primitive;
 mod scene;
 mod texture;
 mod transform;
 mod version;
 
+use super::ModelOptions;
 use super::budget::Budget;
 use super::files::Files;
 use super::images::Images;
@@ -28,17 +34,23 @@ use buffers::Buffers;
 use container::Container;
 use json::Root;
 
-/// Reads glTF 2.0 from `bytes`, JSON or GLB; `name` stands for the file in messages.
+/// Reads glTF 2.0 from `bytes`, JSON or GLB, as `options` choose; `name` stands for the file in
+/// messages.
 ///
 /// Supported are:
 ///
 /// * meshes of triangles, strips and fans, indexed or not, interleaved, sparse or quantised
 ///   (KHR_mesh_quantization)
-/// * nodes, in the default scene, or from all roots if the file names no scene
+/// * nodes, in the default scene, or from all roots if the file names no scene; their instances
+///   (EXT_mesh_gpu_instancing) and visibility (KHR_node_visibility)
+/// * skins, morph targets and animations, at a time
 /// * perspective cameras and KHR_lights_punctual
 /// * the metallic-roughness material with KHR_materials_emissive_strength, KHR_materials_ior and
-///   KHR_materials_transmission
-/// * PNG and JPEG textures with samplers and KHR_texture_transform
+///   KHR_materials_transmission, in variants (KHR_materials_variants)
+/// * PNG, JPEG, WebP (EXT_texture_webp) and KTX2 textures (KHR_texture_basisu) with samplers and
+///   KHR_texture_transform
+/// * geometry compressed by EXT_meshopt_compression, KHR_meshopt_compression and
+///   KHR_draco_mesh_compression
 ///
 /// Meshes and materials that nothing in the scene uses are left out, and with them their images.
 /// glTF's units are taken as those of the renderer: a candela is 1 in a light's intensity, a lux 1
@@ -55,7 +67,12 @@ use json::Root;
 /// * [`SceneError::Resource`] and [`SceneError::Outside`] for buffers and images that `files` does
 ///   not give
 /// * [`SceneError::TooLarge`] for data beyond the limits
-pub fn parse(bytes: &[u8], name: &str, files: &mut dyn Files) -> Result<Description, SceneError> {
+pub fn parse(
+    bytes: &[u8],
+    name: &str,
+    options: &ModelOptions,
+    files: &mut dyn Files,
+) -> Result<Description, SceneError> {
     let Container { json, chunk, aligned } = match bytes.starts_with(container::MAGIC) {
         true => container::split(bytes, name)?,
         false => Container { json: bytes, chunk: None, aligned: true },
@@ -73,11 +90,12 @@ pub fn parse(bytes: &[u8], name: &str, files: &mut dyn Files) -> Result<Descript
     let mut budget = Budget::new(bytes.len());
     let buffers = Buffers::read(&root, name, chunk, files, &mut budget)?;
     let document = Document { name, root, buffers };
-    let mut output =
-        Output { description: Description::default(), images: Images::default(), warnings, budget, files };
-    scene::read(&document, &mut output)?;
-    let Output { mut description, images, warnings, .. } = output;
+    let (description, images, notes) = (Description::default(), Images::default(), Vec::new());
+    let mut output = Output { description, images, warnings, notes, budget, files };
+    scene::read(&document, &mut output, options)?;
+    let Output { mut description, images, warnings, notes, .. } = output;
     description.images = images.all;
+    description.notes = notes;
     description.warnings = warnings.finish();
     Ok(description)
 }
@@ -100,10 +118,16 @@ struct Output<'a> {
     description: Description,
     images: Images,
     warnings: Warnings,
+    /// Choices among what the file holds, for people.
+    notes: Vec<String>,
     budget: Budget,
     files: &'a mut dyn Files,
 }
 
+#[cfg(test)]
+mod container_tests;
+#[cfg(test)]
+mod motion_tests;
 #[cfg(test)]
 mod scene_tests;
 #[cfg(test)]

@@ -2,10 +2,12 @@
 
 use super::super::mesh::{self, POSITION_REMEDY, check_colors, check_position, check_uvs, finish};
 use super::super::source_location::{SourceLocation, shown};
-use super::accessor::{Component, Elements, Expected};
-use super::features::DECOMPRESS;
+use super::accessor::Elements;
+use super::accessor::{Component, Expected};
+use super::attributes::Attributes;
 use super::json::{Primitive, TRIANGLES};
 use super::material::Known;
+use super::motion::{Deformation, Vertices, morph, skin};
 use super::{Document, Output};
 use crate::description::Mesh;
 use crate::error::SceneError;
@@ -32,6 +34,7 @@ pub fn read(
     primitive: &Primitive,
     name: String,
     material: Known,
+    deformation: Deformation,
     site: &SourceLocation,
 ) -> Result<Option<Mesh>, SceneError> {
     if !(TRIANGLES..=TRIANGLE_FAN).contains(&primitive.mode) {
@@ -46,31 +49,17 @@ pub fn read(
         });
         return Ok(None);
     }
-    let Some(&accessor) = primitive.attributes.get("POSITION") else {
+    if !primitive.attributes.contains_key("POSITION") {
         output.warnings.tally("primitives without POSITION, left out", 1, &site.place);
         return Ok(None);
-    };
-    let draco = primitive.extensions.as_ref().is_some_and(|extensions| extensions.draco.is_some());
-    if draco
-        && [Some(accessor), primitive.indices].into_iter().flatten().any(|index| is_empty(document, index))
-    {
-        return Err(site
-            .member("extensions.KHR_draco_mesh_compression")
-            .unsupported("a mesh whose only data is Draco data", DECOMPRESS));
     }
-    let positions = Elements::open(
-        document,
-        &mut output.budget,
-        accessor,
-        POSITION,
-        &site.member("attributes.POSITION"),
-    )?;
+    let attributes = Attributes::of(document, output, primitive, site)?;
+    let Some(positions) = attributes.open(document, output, "POSITION", POSITION)? else { return Ok(None) };
     let attribute = |output: &mut Output, name: &str, expected| {
-        let Some(&index) = primitive.attributes.get(name) else { return Ok(None) };
-        let site = site.member(&format!("attributes.{name}"));
-        let elements = Elements::open(document, &mut output.budget, index, expected, &site)?;
+        let Some(elements) = attributes.open(document, output, name, expected)? else { return Ok(None) };
         if elements.count != positions.count {
             let problem = format!("it has {} elements, and POSITION {}", elements.count, positions.count);
+            let site = site.member(&format!("attributes.{name}"));
             return Err(site.malformed(problem, "attributes of a primitive must have the same count"));
         }
         Ok(Some(elements))
@@ -81,12 +70,10 @@ pub fn read(
         None => Ok(None),
     };
     // A scene file may give the mesh another material.
-    let sets = [uvs(output, material.sets[0].or(Some(0)))?, uvs(output, material.sets[1])?];
+    let numbers = [material.sets[0].or(Some(0)), material.sets[1]];
+    let sets = [uvs(output, numbers[0])?, uvs(output, numbers[1])?];
     let tangents = if material.is_mapped { attribute(output, "TANGENT", TANGENT)? } else { None };
-    let has_opacity = |&index: &u32| {
-        document.root.accessors.get(index as usize).is_some_and(|accessor| accessor.kind == "VEC4")
-    };
-    let has_opacity = primitive.attributes.get("COLOR_0").is_some_and(has_opacity);
+    let has_opacity = attributes.width(document, "COLOR_0") == Some(4);
     let colors = attribute(output, "COLOR_0", COLOR[usize::from(has_opacity)])?;
     if (0..2).any(|place| material.sets[place].is_some() && sets[place].is_none()) {
         output.warnings.tally(
@@ -96,30 +83,29 @@ pub fn read(
         );
     }
 
-    let corners = corners(document, output, primitive, positions.count, site)?;
-    let most = if primitive.mode == TRIANGLES { corners.len() / 3 } else { corners.len() };
+    let (corners, mode) = match &attributes.decoded {
+        // Draco data holds triangles, whatever they were.
+        Some(decoded) => {
+            output.budget.take(4 * decoded.corners.len() as u64, site)?;
+            (decoded.corners.clone(), TRIANGLES)
+        }
+        None => (corners(document, output, primitive, positions.count, site)?, primitive.mode),
+    };
+    let most = if mode == TRIANGLES { corners.len() / 3 } else { corners.len() };
     output.budget.take(mesh::bytes(0, most as u64), site)?;
-    let mut triangles = triangles(&corners, primitive.mode, output, site);
+    let mut triangles = triangles(&corners, mode, output, site);
     drop(corners);
     let used = compact(&mut triangles, positions.count);
     output.budget.take(mesh::bytes(used.len() as u64, 0), site)?;
 
     let mut mesh = Mesh { name, material: material.index, triangles, ..Mesh::default() };
-    mesh.positions.reserve_exact(used.len());
-    for &vertex in &used {
-        let position = check_position(positions.floats(vertex).map(f64::from)).map_err(|problem| {
-            let user = document.site(format!("{} ({}.attributes.POSITION)", positions.place, site.place));
-            user.malformed(format!("vertex {vertex} at {problem}"), POSITION_REMEDY)
-        })?;
-        mesh.positions.push(position.map(|x| x as f32));
-    }
+    mesh.positions = used.iter().map(|&vertex| positions.floats(vertex)).collect();
     if let Some(normals) = normals {
         mesh.normals = used.iter().map(|&vertex| normals.floats(vertex)).collect();
     }
     for (uvs, elements) in [&mut mesh.uvs, &mut mesh.second_uvs].into_iter().zip(sets) {
         let Some(elements) = elements else { continue };
         *uvs = used.iter().map(|&vertex| elements.floats(vertex)).collect();
-        check_uvs(uvs, site, &mut output.warnings);
     }
     if let Some(tangents) = tangents {
         mesh.tangents = used.iter().map(|&vertex| tangents.floats(vertex)).collect();
@@ -133,15 +119,24 @@ pub fn read(
             }
         };
         mesh.colors = used.iter().map(color).collect();
-        check_colors(&mut mesh.colors, site, &mut output.warnings);
     }
+    let vertices = Vertices { attributes: &attributes, used: &used, sets: numbers };
+    morph::apply(document, output, vertices, deformation.weights, &mut mesh, site)?;
+    if let Some(skin) = deformation.skin {
+        skin::apply(document, output, vertices, skin, &mut mesh, site)?;
+    }
+    for (&vertex, position) in used.iter().zip(&mesh.positions) {
+        check_position(position.map(f64::from)).map_err(|problem| {
+            let moved = if deformation.skin.is_some() { ", moved by its skin," } else { "" };
+            let user = document.site(format!("{} ({}.attributes.POSITION)", positions.place, site.place));
+            user.malformed(format!("vertex {vertex}{moved} at {problem}"), POSITION_REMEDY)
+        })?;
+    }
+    for uvs in [&mut mesh.uvs, &mut mesh.second_uvs] {
+        check_uvs(uvs, site, &mut output.warnings);
+    }
+    check_colors(&mut mesh.colors, site, &mut output.warnings);
     Ok(finish(mesh, site, &mut output.warnings))
-}
-
-/// Returns whether an accessor has no data of its own.
-fn is_empty(document: &Document, accessor: u32) -> bool {
-    let accessor = document.root.accessors.get(accessor as usize);
-    accessor.is_some_and(|accessor| accessor.buffer_view.is_none() && accessor.sparse.is_none())
 }
 
 /// Returns the vertices in the order in which they form triangles; each is below `count`.

@@ -27,17 +27,12 @@ pub fn read(
     let root = &document.root;
     let texture = get(&root.textures, info.index, "textures", user)?;
     let site = document.site(format!("textures[{}]", info.index));
-    let Some(source) = texture.source else {
-        let others = texture.extensions.as_deref();
-        let what = if others.is_some_and(|others| others.ktx2.is_some()) {
-            "textures whose only image is KTX2 (KHR_texture_basisu), ignored; \
-             `gltf-transform ktxdecompress in.glb out.glb` converts them to PNG"
-        } else if others.is_some_and(|others| others.webp.is_some()) {
-            "textures whose only image is WebP (EXT_texture_webp), ignored; export the file with PNG or JPEG textures"
-        } else {
-            "textures without a PNG or JPEG image, ignored"
-        };
-        output.warnings.tally(what, 1, &site.place);
+    // The image without an extension first: those of extensions lose more.
+    let others = texture.extensions.as_deref();
+    let webp = others.and_then(|others| others.webp.as_ref()?.source);
+    let ktx2 = others.and_then(|others| others.ktx2.as_ref()?.source);
+    let Some(source) = texture.source.or(webp).or(ktx2) else {
+        output.warnings.tally("textures without an image, ignored", 1, &site.place);
         return Ok(None);
     };
     let image = image(document, output, source, curve, &site)?;

@@ -1,40 +1,12 @@
-//! Transforms of glTF nodes, and the walk over the trees that nodes form.
+//! Walk over the trees that glTF nodes form.
 
 use super::super::source_location::SourceLocation;
-use super::json::{Node, Root};
+use super::motion::Pose;
 use crate::error::SceneError;
-use glam::{DAffine3, DMat4, DQuat, DVec3, DVec4};
+use glam::DAffine3;
 
 /// Maximum depth of the node hierarchy.
 const MAX_DEPTH: usize = 256;
-
-/// Returns a node's transform relative to its parent.
-pub fn local(node: &Node, site: &SourceLocation) -> Result<DAffine3, SceneError> {
-    if let Some(matrix) = node.matrix.as_deref() {
-        let matrix = DMat4::from_cols_array(matrix);
-        let last = matrix.row(3);
-        if !(last - DVec4::W).abs().cmple(DVec4::splat(1e-6)).all() {
-            let problem = format!("the last row of the matrix is {last}");
-            return Err(site.malformed(problem, "it must be 0, 0, 0, 1: elements 3, 7, 11 and 15"));
-        }
-        return Ok(DAffine3::from_mat4(matrix));
-    }
-    let vector =
-        |source: &Option<Box<[f64; 3]>>, otherwise| source.as_deref().map_or(otherwise, |v| DVec3::from(*v));
-    let rotation = match node.rotation.as_deref() {
-        None => DQuat::IDENTITY,
-        Some(rotation) => {
-            let length = DVec4::from(*rotation).length();
-            if !(1e-6..1e6).contains(&length) {
-                let problem = format!("the rotation's length is {length}");
-                return Err(site.malformed(problem, "it must be a unit quaternion"));
-            }
-            DQuat::from_vec4(DVec4::from(*rotation) / length)
-        }
-    };
-    let (scale, translation) = (vector(&node.scale, DVec3::ONE), vector(&node.translation, DVec3::ZERO));
-    Ok(DAffine3::from_scale_rotation_translation(scale, rotation, translation))
-}
 
 /// Stands for no node.
 const NONE: u32 = u32::MAX;
@@ -55,19 +27,26 @@ impl Forest {
     }
 
     /// Returns the world transform of a node's parent.
-    pub fn place_of_parent(&self, root: &Root, node: u32, name: &str) -> Result<DAffine3, SceneError> {
-        let mut world = DAffine3::IDENTITY;
-        for ancestor in self.ancestors(node) {
-            if let Some(node) = root.nodes.get(ancestor as usize) {
-                world = local(node, &SourceLocation::new(name, format!("nodes[{ancestor}]")))? * world;
-            }
+    pub fn place_of_parent(&self, pose: &Pose, node: u32) -> Result<DAffine3, SceneError> {
+        self.ancestors(node).try_fold(DAffine3::IDENTITY, |world, ancestor| Ok(pose.local(ancestor)? * world))
+    }
+
+    /// Returns the world transforms of all nodes.
+    pub fn worlds(&self, pose: &Pose) -> Result<Vec<DAffine3>, SceneError> {
+        let mut worlds = vec![DAffine3::IDENTITY; pose.root().nodes.len()];
+        for &root in &self.roots {
+            walk(pose, root, DAffine3::IDENTITY, &mut |index, world| {
+                worlds[index as usize] = world;
+                Ok(true)
+            })?;
         }
-        Ok(world)
+        Ok(worlds)
     }
 }
 
 /// Checks that the nodes form trees of bounded depth.
-pub fn forest(root: &Root, name: &str) -> Result<Forest, SceneError> {
+pub fn forest(pose: &Pose) -> Result<Forest, SceneError> {
+    let (root, name) = (pose.root(), pose.name());
     let mut parents = vec![NONE; root.nodes.len()];
     for (index, node) in root.nodes.iter().enumerate() {
         let site = SourceLocation::new(name, format!("nodes[{index}].children"));
@@ -87,9 +66,9 @@ pub fn forest(root: &Root, name: &str) -> Result<Forest, SceneError> {
     // those in or below a cycle.
     let mut met = vec![false; root.nodes.len()];
     for &start in &roots {
-        walk(root, start, DAffine3::IDENTITY, name, &mut |index, _| {
+        walk(pose, start, DAffine3::IDENTITY, &mut |index, _| {
             met[index as usize] = true;
-            Ok(())
+            Ok(true)
         })?;
     }
     match met.iter().position(|met| !met) {
@@ -99,14 +78,14 @@ pub fn forest(root: &Root, name: &str) -> Result<Forest, SceneError> {
     }
 }
 
-/// Visits a node and all nodes below it, with their world transforms; `place` is the parent's. If
-/// there is a cycle below, the limit of depth ends the walk with an error.
+/// Visits a node and all nodes below it, with their world transforms, except those below a node for
+/// which `visit` returns false; `place` is the parent's transform. If there is a cycle below, the
+/// limit of depth ends the walk with an error.
 pub fn walk(
-    root: &Root,
+    pose: &Pose,
     start: u32,
     place: DAffine3,
-    name: &str,
-    visit: &mut dyn FnMut(u32, DAffine3) -> Result<(), SceneError>,
+    visit: &mut dyn FnMut(u32, DAffine3) -> Result<bool, SceneError>,
 ) -> Result<(), SceneError> {
     let mut path = vec![(std::slice::from_ref(&start).iter(), place)];
     while let Some((siblings, parent)) = path.last_mut() {
@@ -114,14 +93,13 @@ pub fn walk(
             path.pop();
             continue;
         };
-        let Some(node) = root.nodes.get(index as usize) else { continue };
-        let site = SourceLocation::new(name, format!("nodes[{index}]"));
-        let world = *parent * local(node, &site)?;
+        let Some(node) = pose.root().nodes.get(index as usize) else { continue };
+        let site = SourceLocation::new(pose.name(), format!("nodes[{index}]"));
+        let world = *parent * pose.local(index)?;
         if !world.is_finite() {
             return Err(site.malformed("its transform to the world is not finite", "use smaller numbers"));
         }
-        visit(index, world)?;
-        if !node.children.is_empty() {
+        if visit(index, world)? && !node.children.is_empty() {
             if path.len() >= MAX_DEPTH {
                 return Err(site.too_large("nodes are nested too deep", format!("{MAX_DEPTH} levels")));
             }

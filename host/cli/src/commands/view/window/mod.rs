@@ -346,9 +346,10 @@ impl App<'_> {
             self.message = save::image(path, frame.timing.size, &frame.pixels);
         }
         if pressed.save_camera {
-            let includes = self.arguments.job.includes.includes();
+            let job = &self.arguments.job;
+            let (includes, options) = (job.includes.includes(), job.model.options());
             let pose = self.space.camera_of(&self.navigator.pose());
-            self.message = save::camera(path, includes, &pose);
+            self.message = save::camera(path, includes, &options, &pose);
         }
         quit
     }

@@ -3,6 +3,7 @@
 use crate::terminal::with_options;
 use std::path::{Path, PathBuf};
 use trisect::precision::{self, Change};
+use trisect::scene::import::ModelOptions;
 use trisect::scene::{CameraPose, Includes, SceneDocument};
 
 /// Returns the first unused path of `STEM-view-1.EXTENSION`, `STEM-view-2.EXTENSION` and so on.
@@ -28,7 +29,7 @@ pub fn image(scene: Option<&Path>, size: (u32, u32), pixels: &[u32]) -> String {
 
 /// Writes a copy of the scene with this camera, in the scene's own units, to the scene's folder.
 /// Returns a message with its path, or with the error.
-pub fn camera(scene: Option<&Path>, includes: Includes, pose: &CameraPose) -> String {
+pub fn camera(scene: Option<&Path>, includes: Includes, options: &ModelOptions, pose: &CameraPose) -> String {
     let Some(from) = scene else {
         return "the built-in scene has no file; start with one to save the camera".to_owned();
     };
@@ -36,7 +37,7 @@ pub fn camera(scene: Option<&Path>, includes: Includes, pose: &CameraPose) -> St
     let Some(to) = free(folder, &stem(scene), "ron") else {
         return "there are 9,999 copies of this scene; move them".to_owned();
     };
-    let written = SceneDocument::load_including(from, includes).map_err(|error| error.to_string());
+    let written = SceneDocument::load_including(from, includes, options).map_err(|error| error.to_string());
     let written = written.and_then(|described| {
         precision::write(from, &described, Change::Camera(*pose), &to).map_err(|error| error.to_string())
     });

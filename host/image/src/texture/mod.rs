@@ -1,17 +1,19 @@
-//! Decoding of images for textures: PNG and JPEG.
+//! Decoding of images for textures: PNG, JPEG, WebP, and KTX2 with Basis Universal.
+
+mod error;
+mod ktx2;
+
+pub use error::{MAX_SIDE, TextureError};
 
 use crate::bounds::{self, Demand};
+use image::codecs::webp::WebPDecoder;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+use ktx2::Ktx2;
 use std::io::Cursor;
-use thiserror::Error;
 use trisect_system::memory;
 
-/// Maximum width and height in texels.
-pub const MAX_SIDE: u32 = 16384;
-
-/// First bytes and names of texture containers for GPUs, which are not supported.
-const CONTAINERS: [(&[u8], &str); 2] =
-    [(b"\xabKTX 20\xbb\r\n\x1a\n", "KTX2"), (b"\xabKTX 11\xbb\r\n\x1a\n", "KTX")];
+/// First bytes of a texture container for GPUs that is not supported.
+const KTX1: &[u8] = b"\xabKTX 11\xbb\r\n\x1a\n";
 
 /// Texels with 8 bits for each of red, green, blue and alpha, in the file's own transfer function.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -24,67 +26,31 @@ pub struct Rgba8 {
     pub texels: Vec<[u8; 4]>,
 }
 
-/// Bytes that are no image for a texture. Messages name neither file nor place, which the caller
-/// knows.
-#[derive(Debug, Error)]
-pub enum TextureError {
-    /// A container of textures for GPUs.
-    #[error("{0}, the format of this image,")]
-    Container(&'static str),
-    /// An image of another format.
-    #[error("{0}, the format of this image,")]
-    Format(String),
-    /// Bytes of no known format.
-    #[error("this is not an image")]
-    NoImage,
-    /// Bytes that the image library does not decode.
-    #[error("the image cannot be decoded: {0}")]
-    Codec(String),
-    /// An image without texels.
-    #[error("the image has no texels")]
-    Empty,
-    /// A side above [`MAX_SIDE`].
-    #[error("an image of {width} x {height}")]
-    TooLarge {
-        /// Width in texels that the header claims.
-        width: u64,
-        /// Height in texels that the header claims.
-        height: u64,
-    },
-    /// The header claims more texels than a file of this length can hold.
-    #[error(
-        "its header says {width} x {height} texels, for which a file of this kind has {} at least, and it has {}",
-        memory::display(*shortest), memory::display(*length)
-    )]
-    Cut {
-        /// Width in texels that the header claims.
-        width: u64,
-        /// Height in texels that the header claims.
-        height: u64,
-        /// Bytes of the shortest file with as many texels.
-        shortest: u64,
-        /// Bytes of the file.
-        length: u64,
-    },
-}
-
 /// Image for a texture whose header was checked and whose texels are still encoded.
 pub struct TextureDecoder<'a> {
-    decoder: Box<dyn ImageDecoder + 'a>,
+    source: Source<'a>,
+}
+
+enum Source<'a> {
+    Image(Box<dyn ImageDecoder + 'a>),
+    Ktx2(Box<Ktx2>),
 }
 
 impl<'a> TextureDecoder<'a> {
-    /// Reads the header of a PNG or JPEG file, recognised by its first bytes.
+    /// Reads the header of a PNG, JPEG, WebP or KTX2 file, recognised by its first bytes.
     ///
     /// # Errors
     ///
     /// [`TextureError`], before memory is allocated for texels that the file cannot hold.
     pub fn new(bytes: &'a [u8]) -> Result<Self, TextureError> {
-        if let Some((_, format)) = CONTAINERS.iter().find(|(magic, _)| bytes.starts_with(magic)) {
-            return Err(TextureError::Container(format));
+        if bytes.starts_with(ktx2::MAGIC) {
+            return Ok(Self { source: Source::Ktx2(Box::new(Ktx2::new(bytes)?)) });
+        }
+        if bytes.starts_with(KTX1) {
+            return Err(TextureError::Container("KTX"));
         }
         let format = match image::guess_format(bytes) {
-            Ok(format @ (ImageFormat::Png | ImageFormat::Jpeg)) => format,
+            Ok(format @ (ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP)) => format,
             Ok(other) => return Err(TextureError::Format(format!("{other:?}"))),
             Err(_) => return Err(TextureError::NoImage),
         };
@@ -94,6 +60,9 @@ impl<'a> TextureDecoder<'a> {
         if let Some((width, height, shortest)) = bounds::png(bytes).filter(|_| format == ImageFormat::Png) {
             check((width, height), shortest, length)?;
             largest = needed(width, height).saturating_add(bounds::MAX_CHUNK);
+        }
+        if format == ImageFormat::WebP {
+            return Self::webp(bytes);
         }
         let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
         let mut limits = Limits::default();
@@ -108,14 +77,33 @@ impl<'a> TextureDecoder<'a> {
         // The PNG header was checked above.
         let shortest = if format == ImageFormat::Jpeg { bounds::shortest_jpeg(wide, high) } else { 0 };
         check((wide, high), shortest, length)?;
-        Ok(Self { decoder: Box::new(decoder) })
+        Ok(Self { source: Source::Image(Box::new(decoder)) })
     }
 
-    /// Returns the bytes of memory that [`decode`](Self::decode) takes: texels as decoded, as 8-bit
-    /// RGBA, and those that are returned.
+    fn webp(bytes: &'a [u8]) -> Result<Self, TextureError> {
+        let decoder = WebPDecoder::new(Cursor::new(bytes)).map_err(codec)?;
+        if decoder.has_animation() {
+            return Err(TextureError::Format("animated WebP".to_owned()));
+        }
+        let (width, height) = decoder.dimensions();
+        if width == 0 || height == 0 {
+            return Err(TextureError::Empty);
+        }
+        // An image of one colour has a few bytes at any size.
+        check((width.into(), height.into()), 0, bytes.len() as u64)?;
+        Ok(Self { source: Source::Image(Box::new(decoder)) })
+    }
+
+    /// Returns the bytes of memory that [`decode`](Self::decode) takes: texels as decoded, with 4
+    /// bytes for those that WebP keeps beside them, as 8-bit RGBA, and those that are returned.
     pub fn memory(&self) -> u64 {
-        let (width, height) = self.decoder.dimensions();
-        self.decoder.total_bytes().saturating_add(8 * u64::from(width) * u64::from(height))
+        match &self.source {
+            Source::Image(decoder) => {
+                let (width, height) = decoder.dimensions();
+                decoder.total_bytes().saturating_add(12 * u64::from(width) * u64::from(height))
+            }
+            Source::Ktx2(ktx2) => ktx2.memory(),
+        }
     }
 
     /// Decodes the texels.
@@ -124,7 +112,14 @@ impl<'a> TextureDecoder<'a> {
     ///
     /// [`TextureError::Codec`].
     pub fn decode(self) -> Result<Rgba8, TextureError> {
-        let rgba = DynamicImage::from_decoder(self.decoder).map_err(codec)?.into_rgba8();
+        let decoder = match self.source {
+            Source::Image(decoder) => decoder,
+            Source::Ktx2(ktx2) => {
+                let (width, height) = (ktx2.width, ktx2.height);
+                return Ok(Rgba8 { width, height, texels: ktx2.transcode()? });
+            }
+        };
+        let rgba = DynamicImage::from_decoder(decoder).map_err(codec)?.into_rgba8();
         let (width, height) = rgba.dimensions();
         Ok(Rgba8 { width, height, texels: rgba.as_raw().as_chunks().0.to_vec() })
     }
