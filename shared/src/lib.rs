@@ -123,6 +123,7 @@ pub mod fresnel;
 pub mod light;
 pub mod math;
 pub mod microfacet;
+pub mod microfacet_albedo;
 pub mod noise;
 pub mod params;
 pub mod path;

@@ -1,10 +1,13 @@
 //! Rough metal: a complex index of refraction, or a reflectance at normal incidence.
 
-use super::microfacets::{Facet, FacetEval, MicrofacetLobe, Proposal};
+use super::microfacets::{Facet, FacetEval, LostLight, MicrofacetLobe, Proposal, cosine_direction};
 use super::{Bsdf, BsdfEval, ZERO_EVAL};
 use crate::fresnel;
 use crate::material::{COMPLEX_IOR, Material};
+use crate::math::{max_component, unit_f32};
+use crate::microfacet_albedo::{mean_schlick, returned_share};
 use crate::rng::Words;
+use core::f32::consts::FRAC_1_PI;
 use glam::Vec3;
 
 pub(super) struct Conductor;
@@ -19,22 +22,52 @@ impl MicrofacetLobe for Conductor {
     }
 
     #[inline(always)]
-    fn scatter(bsdf: &Bsdf, facet: &Facet, _: Words) -> Proposal {
+    fn scatter(bsdf: &Bsdf, facet: &Facet, random: Words) -> Proposal {
         let mut proposal = Proposal::new(facet.mirrored, false);
         if facet.smooth {
             proposal.is_delta = true;
             proposal.delta_weight = reflectance(&bsdf.material, facet.cos);
+        } else if unit_f32(random.z) < Again::of(bsdf).probability {
+            proposal.direction = cosine_direction(random);
         }
         proposal
     }
 
     #[inline(always)]
-    fn evaluate(bsdf: &Bsdf, _: Vec3, facets: &FacetEval) -> BsdfEval {
+    fn evaluate(bsdf: &Bsdf, i: Vec3, facets: &FacetEval) -> BsdfEval {
         if !facets.reflected {
             return ZERO_EVAL;
         }
         let f = reflectance(&bsdf.material, facets.clamped_cos());
-        BsdfEval { value: f * facets.value, pdf: facets.pdf }
+        let again = Again::of(bsdf);
+        BsdfEval {
+            value: f * facets.value + again.share * again.lost.returned(bsdf, i.z),
+            pdf: facets.pdf * (1.0 - again.probability) + again.probability * i.z * FRAC_1_PI,
+        }
+    }
+}
+
+/// Multiple scattering by facets.
+#[derive(Clone, Copy, Debug)]
+struct Again {
+    lost: LostLight,
+    /// Part of the lost light that comes out again, by channel. The mean reflectance is that of
+    /// Schlick's approximation.
+    share: Vec3,
+    /// Probability of sampling it.
+    probability: f32,
+}
+
+impl Again {
+    #[inline(always)]
+    fn of(bsdf: &Bsdf) -> Self {
+        let (material, lost) = (&bsdf.material, LostLight::of(bsdf));
+        let share = returned_share(mean_schlick(Conductor::albedo(material), Vec3::ONE), lost.mean);
+        let again = lost.viewer * max_component(share);
+        let at_once = (1.0 - lost.viewer) * max_component(reflectance(material, bsdf.local_viewer.z));
+        let sum = again + at_once;
+        let probability = if sum > 0.0 { again * (1.0 / sum) } else { 0.0 };
+        Self { lost, share, probability }
     }
 }
 

@@ -1,11 +1,12 @@
 //! glTF's material: a mix of a metal and a dielectric over a diffuse or clear base.
 
-use super::microfacets::{Facet, FacetEval, MicrofacetLobe, Proposal};
+use super::microfacets::{Facet, FacetEval, LostLight, MicrofacetLobe, Proposal, cosine_direction};
 use super::{Bsdf, BsdfEval};
 use crate::fresnel;
 use crate::material::Material;
-use crate::math::{max, max_component, normalize, sqrt, unit_circle, unit_f32, unit_sphere};
-use crate::microfacet::{MIN_ROUGH_ALPHA, grazing_share, mean_grazing_share};
+use crate::math::{max, max_component, min, normalize, unit_f32, unit_sphere};
+use crate::microfacet::MIN_ROUGH_ALPHA;
+use crate::microfacet_albedo::{grazing_share, lost_share, mean_grazing_share, mean_schlick, returned_share};
 use crate::rng::Words;
 use core::f32::consts::FRAC_1_PI;
 use glam::Vec3;
@@ -34,15 +35,18 @@ impl MicrofacetLobe for MetallicRoughness {
         if !mirror {
             // Rounding may leave a number above both sums even where nothing is transmitted.
             if choice < probabilities.specular + probabilities.diffuse || probabilities.transmission <= 0.0 {
-                let radius = sqrt(unit_f32(random.x));
-                let (c, s) = unit_circle(random.y);
-                proposal.direction = Vec3::new(radius * c, radius * s, sqrt(1.0 - unit_f32(random.x)));
+                proposal.direction = cosine_direction(random);
                 if bsdf.is_mapped {
                     // By the cosine, too.
                     proposal.direction = normalize(bsdf.local_mapped + unit_sphere(random.x, random.y));
                 }
             } else {
-                // A thin wall: light that enters leaves mirrored.
+                // A thin wall: light that enters leaves mirrored, or by the cosine if facets sent it
+                // to others.
+                let rest = choice - probabilities.specular - probabilities.diffuse;
+                if rest < LostLight::of(bsdf).viewer * probabilities.transmission {
+                    proposal.direction = cosine_direction(random);
+                }
                 proposal.direction.z = -proposal.direction.z;
                 proposal.transmitted = true;
             }
@@ -72,29 +76,67 @@ impl MicrofacetLobe for MetallicRoughness {
             cos = max(i.dot(bsdf.local_mapped), 0.0);
             viewer_cos = max(bsdf.local_viewer.dot(bsdf.local_mapped), 1e-6);
         }
+        // Light that facets send to others, and that comes out again.
+        let lost = LostLight::of(bsdf);
+        let boundary = Boundary::of(m, &lost);
         if !facets.reflected {
-            let mut pdf = facets.pdf * probabilities.transmission;
+            let pdf = facets.pdf * (1.0 - lost.viewer) - lost.viewer * i.z * FRAC_1_PI;
+            let mut pdf = pdf * probabilities.transmission;
             if bsdf.is_mapped {
                 pdf += probabilities.diffuse * cos * FRAC_1_PI;
             }
-            return BsdfEval { value: thin_wall_transmittance(m, f) * facets.value, pdf };
+            let passed = (1.0 - boundary.again) * lost.returned(bsdf, -i.z);
+            let again = thin_wall_transmittance(m, Vec3::ZERO) * passed;
+            return BsdfEval { value: thin_wall_transmittance(m, f) * facets.value + again, pdf };
         }
+        let metal = returned_share(mean_schlick(m.albedo, Vec3::ONE), lost.mean);
+        let share = metal * m.metallic + Vec3::splat(boundary.again * (1.0 - m.metallic));
+        let again = share * lost.returned(bsdf, i.z);
         // The diffuse base under the boundary: light that the boundary lets in and out again,
         // normalised so that a white base returns all that enters (the form of Ashikhmin and
-        // Shirley, 2000, with this boundary's reflectance). It is reciprocal, and with the
-        // boundary's part not above 1.
-        let rest = 1.0 - dielectric_f0(m);
-        let enter = 1.0 - grazing_share(viewer_cos, m.roughness);
-        let leave = 1.0 - grazing_share(cos, m.roughness);
-        let base = rest * enter * leave * (1.0 / (1.0 - mean_grazing_share(m.roughness)));
+        // Shirley, 2000, with this boundary's albedo). It is reciprocal, and with the boundary's
+        // part not above 1.
+        let enter = 1.0 - boundary.albedo(viewer_cos, m.roughness);
+        let leave = 1.0 - boundary.albedo(cos, m.roughness);
+        let base = enter * leave * (1.0 / (1.0 - boundary.mean));
         let mut diffuse = m.albedo * ((1.0 - m.metallic) * (1.0 - m.transmission) * base * cos * FRAC_1_PI);
         if bsdf.is_mapped {
             diffuse *= bsdf.bump_shadowing(i);
         }
         BsdfEval {
-            value: f * facets.value + diffuse,
+            value: f * facets.value + diffuse + again,
             pdf: facets.pdf * probabilities.specular + probabilities.diffuse * cos * FRAC_1_PI,
         }
+    }
+}
+
+/// Rough boundary of the dielectric part: all light that it reflects, by single and multiple
+/// scattering.
+#[derive(Clone, Copy, Debug)]
+struct Boundary {
+    /// Reflectance at normal incidence.
+    f0: f32,
+    /// Part of the lost light that comes out again.
+    again: f32,
+    /// Mean of the albedo over all directions, at most 0.99.
+    mean: f32,
+}
+
+impl Boundary {
+    #[inline(always)]
+    fn of(m: &Material, lost: &LostLight) -> Self {
+        let f0 = dielectric_f0(m);
+        let again = returned_share(mean_schlick(Vec3::splat(f0), Vec3::ONE), lost.mean).x;
+        let mean = f0 * (1.0 - lost.mean) + (1.0 - f0) * mean_grazing_share(m.roughness) + lost.mean * again;
+        Self { f0, again, mean: min(mean, 0.99) }
+    }
+
+    /// Returns the albedo from cosine `cos`, at most 1.
+    #[inline(always)]
+    fn albedo(&self, cos: f32, roughness: f32) -> f32 {
+        let lost = lost_share(cos, roughness);
+        let at_once = self.f0 * (1.0 - lost) + (1.0 - self.f0) * grazing_share(cos, roughness);
+        min(at_once + lost * self.again, 1.0)
     }
 }
 
@@ -102,6 +144,7 @@ impl MicrofacetLobe for MetallicRoughness {
 #[derive(Clone, Copy, Debug)]
 struct LobeProbabilities {
     specular: f32,
+    /// That of directions by the cosine: of the diffuse base and of multiple scattering.
     diffuse: f32,
     transmission: f32,
 }
@@ -111,10 +154,13 @@ fn lobe_probabilities(bsdf: &Bsdf) -> LobeProbabilities {
     let m = &bsdf.material;
     let f = max_component(reflectance(m, bsdf.local_viewer.z));
     let rest = (1.0 - m.metallic) * (1.0 - f) * max_component(m.albedo);
-    let (diffuse, clear) = (rest * (1.0 - m.transmission), rest * m.transmission);
-    let sum = f + diffuse + clear;
+    // Light that facets lose comes out by the cosine, if they reflect much.
+    let again = f * f * LostLight::of(bsdf).viewer;
+    let (specular, diffuse, clear) =
+        (f - again, rest * (1.0 - m.transmission) + again, rest * m.transmission);
+    let sum = specular + diffuse + clear;
     let scale = if sum > 0.0 { 1.0 / sum } else { 0.0 };
-    LobeProbabilities { specular: f * scale, diffuse: diffuse * scale, transmission: clear * scale }
+    LobeProbabilities { specular: specular * scale, diffuse: diffuse * scale, transmission: clear * scale }
 }
 
 /// Returns the reflectance at normal incidence of the dielectric part.

@@ -4,8 +4,9 @@
 use super::{Bsdf, BsdfEval, BsdfSample, ZERO_EVAL, of_microfacets, reflect};
 use crate::features::{FeatureSet, Features, MICROFACETS, of_material};
 use crate::material::Material;
-use crate::math::{max, min, sqrt};
+use crate::math::{max, min, sqrt, unit_circle, unit_f32};
 use crate::microfacet::{MIN_ROUGH_ALPHA, distribution, facing_area, sample_visible_normal};
+use crate::microfacet_albedo::{lost_share, mean_lost_share, scattered_again};
 use crate::rng::Words;
 use glam::Vec3;
 
@@ -59,6 +60,42 @@ pub(super) struct Facet {
     pub mirrored: Vec3,
     /// True if the surface is a plane, whose facets all have the normal (0, 0, 1).
     pub smooth: bool,
+}
+
+/// Light that facets send to other facets, seen from the viewer. It comes out again by multiple
+/// scattering, in directions that are sampled by the cosine.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LostLight {
+    /// Share of the light from the viewer that facets of full reflectance lose.
+    pub viewer: f32,
+    /// Mean of this share over all directions.
+    pub mean: f32,
+}
+
+impl LostLight {
+    /// Returns the light that is lost at the facets of `bsdf`: none on a plane.
+    #[inline(always)]
+    pub fn of(bsdf: &Bsdf) -> Self {
+        let roughness = bsdf.material.roughness;
+        let rough = bsdf.alpha >= MIN_ROUGH_ALPHA;
+        let viewer = if rough { lost_share(bsdf.local_viewer.z, roughness) } else { 0.0 };
+        Self { viewer, mean: mean_lost_share(roughness) }
+    }
+
+    /// Returns the value times the cosine of the light that comes out again in the direction of the
+    /// shading frame with cosine `cos` above 0, if all of it does.
+    #[inline(always)]
+    pub fn returned(&self, bsdf: &Bsdf, cos: f32) -> f32 {
+        scattered_again(self.viewer, lost_share(cos, bsdf.material.roughness), self.mean, cos)
+    }
+}
+
+/// Returns a direction of the upper hemisphere, sampled by the cosine.
+#[inline(always)]
+pub(super) fn cosine_direction(random: Words) -> Vec3 {
+    let square = unit_f32(random.x);
+    let (radius, (c, s)) = (sqrt(square), unit_circle(random.y));
+    Vec3::new(radius * c, radius * s, sqrt(1.0 - square))
 }
 
 /// Sampled direction.
