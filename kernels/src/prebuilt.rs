@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use trisect_shared::denoise::DenoiseParams;
 use trisect_shared::display::DisplayParams;
 use trisect_shared::features::{
-    Features, HEAVY, OF_BOOK, PERSISTENT, REGENERATE, WIDE, has_any, is_of_many_materials,
+    Features, HEAVY, LAYERS, OF_BOOK, PERSISTENT, REGENERATE, WIDE, has_any, is_of_many_materials,
 };
 use trisect_shared::params::RenderParams;
 use trisect_shared::scene::SceneLengths;
@@ -149,7 +149,7 @@ pub fn entry_point(name: &str) -> Option<EntryPoint> {
 /// (docs/notebook/specialisation.md).
 fn registers(features: Features) -> u32 {
     match () {
-        () if is_of_many_materials(features) => 128,
+        () if has_any(features, LAYERS) || is_of_many_materials(features) => 128,
         () if has_any(features, HEAVY) => 80,
         () => 64,
     }
@@ -160,7 +160,12 @@ fn registers(features: Features) -> u32 {
 pub fn render_kernel(features: Features) -> EntryPoint {
     let queue = has_any(features, PERSISTENT);
     EntryPoint {
-        name: if queue { "render_persistent" } else { "render" },
+        name: match (has_any(features, LAYERS), queue) {
+            (false, false) => "render",
+            (false, true) => "render_persistent",
+            (true, false) => "render_layered",
+            (true, true) => "render_layered_persistent",
+        },
         features,
         extra: if has_any(features, WIDE) { WIDE_ARRAYS } else { 0 },
         registers: Some(registers(features)),

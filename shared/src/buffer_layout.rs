@@ -51,6 +51,7 @@ mod spirv {
     use crate::records::denoise::{FilteredPixel, GBufferTexel, HistoryPixel};
     use crate::records::environment::EnvironmentTexel;
     use crate::records::first_hit::FirstHit;
+    use crate::records::layers::{LayerTextures, MaterialLayers};
     use crate::records::light::Light;
     use crate::records::material::Material;
     use crate::records::texture::{Texel, Texture};
@@ -75,7 +76,7 @@ mod spirv {
         Rows3 "48": a b c,
         Rows4 "64": a b c d,
         Rows6 "96": a b c d e f,
-        Rows7 "112": a b c d e f g,
+        Rows8 "128": a b c d e f g h,
     }
 
     #[inline(always)]
@@ -197,7 +198,7 @@ mod spirv {
         u_c: f(r.d.z),
         v_c: f(r.d.w)
     });
-    record!(Material, Rows7, |r| Material {
+    record!(Material, Rows8, |r| Material {
         albedo: xyz(r.a),
         kind: r.a.w,
         fuzz: f(r.b.x),
@@ -217,7 +218,44 @@ mod spirv {
         opacity: f(r.g.x),
         alpha_cutoff: f(r.g.y),
         normal_texture: r.g.z,
-        normal_scale: f(r.g.w)
+        normal_scale: f(r.g.w),
+        layers: r.h.x,
+        pad: [0; 3]
+    });
+    record!(MaterialLayers, Rows8, |r| MaterialLayers {
+        specular_color: xyz(r.a),
+        specular: f(r.a.w),
+        sheen_color: xyz(r.b),
+        sheen_roughness: f(r.b.w),
+        absorption: xyz(r.c),
+        dispersion: f(r.c.w),
+        diffuse_transmission_color: xyz(r.d),
+        diffuse_transmission: f(r.d.w),
+        coat: f(r.e.x),
+        coat_roughness: f(r.e.y),
+        anisotropy: f(r.e.z),
+        flags: r.e.w,
+        anisotropy_cos: f(r.f.x),
+        anisotropy_sin: f(r.f.y),
+        film: f(r.f.z),
+        film_ior: f(r.f.w),
+        film_min: f(r.g.x),
+        film_thickness: f(r.g.y),
+        pad: [0; 6]
+    });
+    record!(LayerTextures, Rows8, |r| LayerTextures {
+        coat: r.a.x,
+        coat_roughness: r.a.y,
+        specular: r.a.z,
+        specular_color: r.a.w,
+        sheen_color: r.b.x,
+        sheen_roughness: r.b.y,
+        anisotropy: r.b.z,
+        film: r.b.w,
+        film_thickness: r.c.x,
+        diffuse_transmission: r.c.y,
+        diffuse_transmission_color: r.c.z,
+        pad: [0; 21]
     });
     record!(Light, Rows4, |r| Light {
         kind: r.a.x,

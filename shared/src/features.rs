@@ -83,6 +83,9 @@ pub const ATTRIBUTES: Features = 1 << (FIRST_MATERIAL + 4);
 /// Microfacet materials: the other kinds.
 pub const MICROFACETS: Features = 0x1f << (FIRST_MATERIAL + 5);
 
+/// Layered materials: a kind that makes a kernel more than twice as large.
+pub const LAYERS: Features = of_material(crate::bsdf::LAYERED);
+
 /// Place of the bit of material kind 0.
 const FIRST_MATERIAL: u32 = 21;
 
@@ -104,6 +107,9 @@ pub const STRATEGY: Features = PADDED_BOXES | LINEAR | WIDE | REGENERATE | PERSI
 
 /// Features that kernels for GPUs may have.
 pub const OF_GPUS: Features = CHOICES | NEEDS | STRATEGY & !WIDE;
+
+/// Features that kernels for GPUs without layered materials may have.
+pub const OF_GPUS_WITHOUT_LAYERS: Features = OF_GPUS & !LAYERS;
 
 /// Returns whether a kernel has several kinds of microfacet materials: it does not fit a GPU's
 /// instruction cache, and its lanes diverge.

@@ -120,6 +120,7 @@ pub mod environment;
 pub mod features;
 pub mod film;
 pub mod fresnel;
+pub mod layers;
 pub mod light;
 pub mod math;
 pub mod microfacet;

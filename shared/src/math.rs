@@ -201,6 +201,34 @@ pub fn atan2_turns(y: f32, x: f32) -> f32 {
     if y < 0.0 { -angle } else { angle }
 }
 
+/// Returns 2 to the power of `x`, within 3e-7 relative for |x| ≤ 126; 2^-126 or 2^126 beyond.
+#[inline(always)]
+pub fn exp2(x: f32) -> f32 {
+    let x = max(min(x, 126.0), -126.0);
+    let whole = floor(x + 0.5);
+    let f = x - whole as f32;
+    // Taylor's series for |f| ≤ 1/2.
+    let series = 1.0
+        + f * (0.693_147_2
+            + f * (0.240_226_5
+                + f * (0.055_504_11 + f * (0.009_618_129 + f * (0.001_333_356 + f * 0.000_154_035_3)))));
+    series * f32::from_bits(((whole + 127) as u32) << 23)
+}
+
+/// Returns the logarithm to base 2 of a number of at least 2⁻¹²⁶, within 3e-7 or 2 ULP; -126 below.
+#[inline(always)]
+pub fn log2(x: f32) -> f32 {
+    let bits = max(x, f32::MIN_POSITIVE).to_bits();
+    // The mantissa becomes a number from sqrt(1/2) to sqrt(2).
+    let shifted = bits.wrapping_sub(0x3f35_04f3);
+    let whole = (shifted as i32) >> 23;
+    let m = f32::from_bits((shifted & 0x007f_ffff).wrapping_add(0x3f35_04f3));
+    let t = (m - 1.0) * (1.0 / (m + 1.0));
+    let t2 = t * t;
+    let series = 2.885_39 + t2 * (0.961_796_7 + t2 * (0.577_078 + t2 * (0.412_198_6 + t2 * 0.320_598_9)));
+    whole as f32 + t * series
+}
+
 /// Returns two unit vectors perpendicular to the unit vector `n` and to each other; (first, second,
 /// n) is right-handed.
 ///

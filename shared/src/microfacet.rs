@@ -43,3 +43,31 @@ pub fn sample_visible_normal(v: Vec3, alpha: f32, height: u32, azimuth: u32) -> 
     let cap = Vec3::new(radius * cos, radius * sin, z) + stretched;
     normalize(Vec3::new(cap.x * alpha, cap.y * alpha, max(cap.z, 1e-9)))
 }
+
+/// Returns what [`distribution`] does, for facets stretched by `x` and `y` along the axes.
+#[inline(always)]
+pub fn distribution_along(h: Vec3, x: f32, y: f32) -> f32 {
+    // As a sum of squares over the product of the alphas, which is not 0.
+    let (a, b) = (h.x * h.x * y * (1.0 / x), h.y * h.y * x * (1.0 / y));
+    let s = a + b + x * y * (h.z * h.z);
+    x * y * (1.0 / (PI * s * s))
+}
+
+/// Returns what [`facing_area`] does, for facets stretched by `x` and `y` along the axes; `v` is on
+/// either side.
+#[inline(always)]
+pub fn facing_area_along(v: Vec3, x: f32, y: f32) -> f32 {
+    let (z, a, b) = (v.z.abs(), v.x * x, v.y * y);
+    0.5 * (z + sqrt(z * z + a * a + b * b))
+}
+
+/// Samples what [`sample_visible_normal`] does, for facets stretched by `x` and `y` along the axes.
+#[inline(always)]
+pub fn sample_visible_normal_along(v: Vec3, x: f32, y: f32, height: u32, azimuth: u32) -> Vec3 {
+    let stretched = normalize(Vec3::new(v.x * x, v.y * y, v.z));
+    let z = (1.0 - unit_f32(height)) * (1.0 + stretched.z) - stretched.z;
+    let (cos, sin) = unit_circle(azimuth);
+    let radius = sqrt(max(1.0 - z * z, 0.0));
+    let cap = Vec3::new(radius * cos, radius * sin, z) + stretched;
+    normalize(Vec3::new(cap.x * x, cap.y * y, max(cap.z, 1e-9)))
+}

@@ -10,6 +10,7 @@ mod film_bits;
 mod flip;
 mod grown_film;
 mod guides;
+mod layers;
 mod mesh_attributes;
 mod methods;
 mod mitsuba;

@@ -92,7 +92,20 @@ impl Lights {
             let density = if rows.is_empty() { 0.0 } else { share * power / sum };
             material.light_pdf = density as f32;
         }
+        append_layers(&mut materials, scene);
         Self { lights, materials, environment_probability }
+    }
+}
+
+/// Appends the layers of materials, each with its textures, to the materials.
+fn append_layers(materials: &mut Vec<Material>, scene: &Scene) {
+    let before = materials.len() as u32;
+    for material in materials.iter_mut() {
+        // The scene counts from 1.
+        material.layers = material.layers.checked_sub(1).map_or(0, |index| before + 2 * index);
+    }
+    for (layers, textures) in &scene.layers {
+        materials.extend([bytemuck::cast(*layers), bytemuck::cast::<_, Material>(*textures)]);
     }
 }
 

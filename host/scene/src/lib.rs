@@ -52,6 +52,7 @@ use std::path::Path;
 use trisect_shared::attributes::TriangleAttributes;
 use trisect_shared::environment::EnvironmentTexel;
 use trisect_shared::features::{self, Features};
+use trisect_shared::layers::{LayerTextures, MaterialLayers};
 use trisect_shared::light::Light;
 use trisect_shared::material::{BLENDED, MASKED, Material};
 use trisect_shared::math::max_component;
@@ -98,6 +99,8 @@ pub struct Scene {
     pub attributes: Vec<TriangleAttributes>,
     /// Materials, indexed by primitives.
     pub materials: Vec<Material>,
+    /// Layers of layered materials, with their textures.
+    pub layers: Vec<(MaterialLayers, LayerTextures)>,
     /// Textures, indexed by materials.
     pub textures: Vec<Texture>,
     /// Texels of all textures.
@@ -174,6 +177,13 @@ impl Scene {
                 material.normal_texture != NO_TEXTURE && !self.attributes.is_empty(),
             );
         }
+        let of_layers = |(_, textures): &(MaterialLayers, LayerTextures)| textures.all();
+        needs(features::TEXTURES, self.layers.iter().flat_map(of_layers).any(|of| of != NO_TEXTURE));
+        // Directions of facets need the tangents.
+        needs(
+            features::ATTRIBUTES,
+            self.layers.iter().any(|(of, _)| of.anisotropy > 0.0) && !self.attributes.is_empty(),
+        );
         let white = Texel::WHITE;
         let is_white =
             |at: &TriangleAttributes| (at.color_a, at.color_b, at.color_c) == (white, white, white);

@@ -72,6 +72,9 @@ impl Scene {
         put(bytes, &self.shading);
         put(bytes, &self.attributes);
         put(bytes, &self.materials);
+        let (layers, of_layers): (Vec<_>, Vec<_>) = self.layers.iter().copied().unzip();
+        put(bytes, &layers);
+        put(bytes, &of_layers);
         put(bytes, &self.textures);
         put(bytes, &self.texels);
         put(bytes, &self.lights);
@@ -117,6 +120,13 @@ impl Scene {
             shading: reader.array()?,
             attributes: reader.array()?,
             materials: reader.array()?,
+            layers: {
+                let (layers, textures) = (reader.array()?, reader.array()?);
+                if layers.len() != textures.len() {
+                    return None;
+                }
+                layers.into_iter().zip(textures).collect()
+            },
             textures: reader.array()?,
             texels: reader.array()?,
             lights: reader.array()?,

@@ -2,7 +2,9 @@
 //! so that single precision has digits for what is seen. It is applied in f64, before anything is
 //! rounded.
 
-use super::description::{Description, Instance, PunctualLight, Shape, ShapeKind};
+use super::description::{
+    Description, Instance, MetallicRoughness, PunctualLight, Shape, ShapeKind, Surface,
+};
 use super::ranges::MAX_INTENSITY;
 use super::values::{MAX_MAGNITUDE, MIN_MAGNITUDE};
 use super::{CameraPose, limits};
@@ -141,6 +143,11 @@ impl Description {
             }
             if limits::is_singular(transform) {
                 return Err(fault(format!("the mesh \"{}\" is scaled to nothing", name())));
+            }
+        }
+        for material in &mut self.materials {
+            if let Surface::MetallicRoughness(MetallicRoughness { layers, .. }) = &mut material.surface {
+                layers.scale(space.scale);
             }
         }
         for (index, light) in self.lights.iter_mut().enumerate() {

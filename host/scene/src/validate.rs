@@ -1,6 +1,7 @@
 //! Checks what kernels rely on when they read without bounds checks.
 
 use super::{Scene, SceneError};
+use trisect_shared::bsdf::LAYERED;
 use trisect_shared::bvh::Child;
 use trisect_shared::texture::NO_TEXTURE;
 
@@ -43,6 +44,20 @@ impl Scene {
             if let Some(texture) = m.textures().iter().find(|&&t| t != NO_TEXTURE && t as usize >= textures) {
                 return Some(format!(
                     "material {index} has texture {texture}, but there are {textures} textures"
+                ));
+            }
+        }
+        let layers = self.layers.len();
+        for (index, m) in self.materials.iter().enumerate() {
+            let is_layered = m.kind == LAYERED;
+            if m.layers as usize > layers || is_layered && m.layers == 0 {
+                return Some(format!("material {index} has layers {}, but there are {layers}", m.layers));
+            }
+        }
+        for (index, (_, of)) in self.layers.iter().enumerate() {
+            if let Some(texture) = of.all().iter().find(|&&t| t != NO_TEXTURE && t as usize >= textures) {
+                return Some(format!(
+                    "layers {index} have texture {texture}, but there are {textures} textures"
                 ));
             }
         }

@@ -67,6 +67,18 @@ number!(
     Ior, "a positive index of refraction, between 1e-3 and 1e3", x => (1e-3..=1e3).contains(&x)
 );
 number!(
+    /// An index of refraction of a thin film.
+    FilmIor, "an index of refraction of a film, between 1 and 10", x => (1.0..=10.0).contains(&x)
+);
+number!(
+    /// A thickness of a thin film, in nanometres.
+    Thickness, "a thickness between 0 and 1e5 nanometres", x => (0.0..=1e5).contains(&x)
+);
+number!(
+    /// A dispersion: 20 over the Abbe number.
+    Dispersion, "a dispersion between 0 and 100", x => (0.0..=100.0).contains(&x)
+);
+number!(
     /// The real part of a metal's index of refraction.
     Eta, "a positive real part of an index of refraction, between 1e-6 and 1e3", x => (1e-6..=1e3).contains(&x)
 );

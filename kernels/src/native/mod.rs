@@ -20,8 +20,8 @@ use trisect_shared::buffer::SharedSlice;
 #[cfg(target_arch = "x86_64")]
 use trisect_shared::features::{AVX2, AVX512};
 use trisect_shared::features::{
-    BOOK, CHOICES, FeatureSet, Features, LINEAR, NEEDS, OF_SURFACES, REGENERATE, ROULETTE, SPHERES, WIDE,
-    has_any,
+    BOOK, CHOICES, FeatureSet, Features, LAYERS, LINEAR, NEEDS, OF_SURFACES, REGENERATE, ROULETTE, SPHERES,
+    WIDE, has_any,
 };
 use trisect_shared::film::{Compensation, PixelSums};
 use trisect_shared::params::RenderParams;
@@ -334,8 +334,9 @@ macro_rules! render {
 /// features; code that is left out for a choice gains up to 6 % (docs/notebook/specialisation.md).
 const RENDER: &[NativeEntryPoint] = render! {
     CHOICES | ROULETTE | SPHERES | BOOK,
-    NEEDS & !OF_SURFACES,
-    NEEDS | REGENERATE,
+    NEEDS & !(OF_SURFACES | LAYERS),
+    NEEDS & !LAYERS | REGENERATE,
+    CHOICES | NEEDS & !LAYERS | LINEAR | REGENERATE,
     CHOICES | NEEDS | LINEAR | REGENERATE,
 };
 

@@ -1,12 +1,13 @@
 //! glTF's material: a mix of a metal and a dielectric over a diffuse or clear base.
 
+use super::boundary::{Boundary, dielectric_f0};
 use super::microfacets::{Facet, FacetEval, LostLight, MicrofacetLobe, Proposal, cosine_direction};
 use super::{Bsdf, BsdfEval};
 use crate::fresnel;
 use crate::material::Material;
-use crate::math::{max, max_component, min, normalize, unit_f32, unit_sphere};
+use crate::math::{max, max_component, normalize, unit_f32, unit_sphere};
 use crate::microfacet::MIN_ROUGH_ALPHA;
-use crate::microfacet_albedo::{grazing_share, lost_share, mean_grazing_share, mean_schlick, returned_share};
+use crate::microfacet_albedo::{mean_schlick, returned_share};
 use crate::rng::Words;
 use core::f32::consts::FRAC_1_PI;
 use glam::Vec3;
@@ -78,7 +79,7 @@ impl MicrofacetLobe for MetallicRoughness {
         }
         // Light that facets send to others, and that comes out again.
         let lost = LostLight::of(bsdf);
-        let boundary = Boundary::of(m, &lost);
+        let boundary = Boundary::new(dielectric_f0(m), 1.0, m.roughness, &lost);
         if !facets.reflected {
             let pdf = facets.pdf * (1.0 - lost.viewer) - lost.viewer * i.z * FRAC_1_PI;
             let mut pdf = pdf * probabilities.transmission;
@@ -92,13 +93,7 @@ impl MicrofacetLobe for MetallicRoughness {
         let metal = returned_share(mean_schlick(m.albedo, Vec3::ONE), lost.mean);
         let share = metal * m.metallic + Vec3::splat(boundary.again * (1.0 - m.metallic));
         let again = share * lost.returned(bsdf, i.z);
-        // The diffuse base under the boundary: light that the boundary lets in and out again,
-        // normalised so that a white base returns all that enters (the form of Ashikhmin and
-        // Shirley, 2000, with this boundary's albedo). It is reciprocal, and with the boundary's
-        // part not above 1.
-        let enter = 1.0 - boundary.albedo(viewer_cos, m.roughness);
-        let leave = 1.0 - boundary.albedo(cos, m.roughness);
-        let base = enter * leave * (1.0 / (1.0 - boundary.mean));
+        let base = boundary.passed(viewer_cos, cos);
         let mut diffuse = m.albedo * ((1.0 - m.metallic) * (1.0 - m.transmission) * base * cos * FRAC_1_PI);
         if bsdf.is_mapped {
             diffuse *= bsdf.bump_shadowing(i);
@@ -107,36 +102,6 @@ impl MicrofacetLobe for MetallicRoughness {
             value: f * facets.value + diffuse + again,
             pdf: facets.pdf * probabilities.specular + probabilities.diffuse * cos * FRAC_1_PI,
         }
-    }
-}
-
-/// Rough boundary of the dielectric part: all light that it reflects, by single and multiple
-/// scattering.
-#[derive(Clone, Copy, Debug)]
-struct Boundary {
-    /// Reflectance at normal incidence.
-    f0: f32,
-    /// Part of the lost light that comes out again.
-    again: f32,
-    /// Mean of the albedo over all directions, at most 0.99.
-    mean: f32,
-}
-
-impl Boundary {
-    #[inline(always)]
-    fn of(m: &Material, lost: &LostLight) -> Self {
-        let f0 = dielectric_f0(m);
-        let again = returned_share(mean_schlick(Vec3::splat(f0), Vec3::ONE), lost.mean).x;
-        let mean = f0 * (1.0 - lost.mean) + (1.0 - f0) * mean_grazing_share(m.roughness) + lost.mean * again;
-        Self { f0, again, mean: min(mean, 0.99) }
-    }
-
-    /// Returns the albedo from cosine `cos`, at most 1.
-    #[inline(always)]
-    fn albedo(&self, cos: f32, roughness: f32) -> f32 {
-        let lost = lost_share(cos, roughness);
-        let at_once = self.f0 * (1.0 - lost) + (1.0 - self.f0) * grazing_share(cos, roughness);
-        min(at_once + lost * self.again, 1.0)
     }
 }
 
@@ -161,13 +126,6 @@ fn lobe_probabilities(bsdf: &Bsdf) -> LobeProbabilities {
     let sum = specular + diffuse + clear;
     let scale = if sum > 0.0 { 1.0 / sum } else { 0.0 };
     LobeProbabilities { specular: specular * scale, diffuse: diffuse * scale, transmission: clear * scale }
-}
-
-/// Returns the reflectance at normal incidence of the dielectric part.
-#[inline(always)]
-fn dielectric_f0(material: &Material) -> f32 {
-    let r = (material.ior - 1.0) * (1.0 / (material.ior + 1.0));
-    r * r
 }
 
 /// Returns the reflectance at incident cosine `cos`.

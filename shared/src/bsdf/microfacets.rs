@@ -1,11 +1,14 @@
 //! Microfacet materials (GGX): a facet of the surface is sampled among those that the viewer sees;
 //! each material says what the facet does.
 
-use super::{Bsdf, BsdfEval, BsdfSample, ZERO_EVAL, of_microfacets, reflect};
+use super::{Bsdf, BsdfEval, BsdfSample, ZERO_EVAL, is_layered, of_microfacets, reflect};
 use crate::features::{FeatureSet, Features, MICROFACETS, of_material};
-use crate::material::Material;
+use crate::material::{Material, SINGLE_SCATTERING};
 use crate::math::{max, min, sqrt, unit_circle, unit_f32};
-use crate::microfacet::{MIN_ROUGH_ALPHA, distribution, facing_area, sample_visible_normal};
+use crate::microfacet::{
+    MIN_ROUGH_ALPHA, distribution, distribution_along, facing_area, facing_area_along, sample_visible_normal,
+    sample_visible_normal_along,
+};
 use crate::microfacet_albedo::{lost_share, mean_lost_share, scattered_again};
 use crate::rng::Words;
 use glam::Vec3;
@@ -20,8 +23,11 @@ pub(super) fn is_kind<const POSSIBLE: Features>(features: FeatureSet<POSSIBLE>, 
 
 /// A microfacet material. Vectors are in the shading frame.
 pub(super) trait MicrofacetLobe {
-    /// True if light that the facet transmits is refracted; a thin wall mirrors it.
-    const REFRACTS: bool = false;
+    /// Returns whether light that the facet transmits is refracted; a thin wall mirrors it.
+    #[inline(always)]
+    fn refracts(_: &Bsdf) -> bool {
+        false
+    }
 
     /// Returns what [`Bsdf::albedo`] does.
     #[inline(always)]
@@ -77,7 +83,7 @@ impl LostLight {
     #[inline(always)]
     pub fn of(bsdf: &Bsdf) -> Self {
         let roughness = bsdf.material.roughness;
-        let rough = bsdf.alpha >= MIN_ROUGH_ALPHA;
+        let rough = bsdf.alpha >= MIN_ROUGH_ALPHA && bsdf.material.flags & SINGLE_SCATTERING == 0;
         let viewer = if rough { lost_share(bsdf.local_viewer.z, roughness) } else { 0.0 };
         Self { viewer, mean: mean_lost_share(roughness) }
     }
@@ -150,7 +156,12 @@ impl Bsdf {
             absorbed: true,
         };
         let (mut i, mut is_pending) = (Vec3::Z, false);
-        let h = if smooth { Vec3::Z } else { sample_visible_normal(o, self.alpha, random.x, random.y) };
+        let mut h = Vec3::Z;
+        if is_layered(features, self.material.kind) {
+            h = sample_visible_normal_along(o, self.alpha_x, self.alpha_y, random.x, random.y);
+        } else if !smooth {
+            h = sample_visible_normal(o, self.alpha, random.x, random.y);
+        }
         let cos = min(o.dot(h), 1.0);
         if cos > 0.0 {
             let facet = Facet { normal: h, cos, mirrored: reflect(o, h), smooth };
@@ -180,7 +191,7 @@ impl Bsdf {
         if i.z == 0.0 || !of_microfacets!(features, kind, has_non_delta_lobe(self)) {
             return ZERO_EVAL;
         }
-        let refracts = of_microfacets!(features, kind, REFRACTS);
+        let refracts = of_microfacets!(features, kind, refracts(self));
         let reflected = i.z > 0.0;
         let eta = if reflected || !refracts { 1.0 } else { self.eta() };
         // The facet that sends o to i: by reflection, by refraction, or through a thin wall, which
@@ -203,9 +214,15 @@ impl Bsdf {
                 let s = cos_o * eta + cos_i;
                 if s == 0.0 { 0.0 } else { cos_o * cos_i.abs() * (1.0 / (s * s)) }
             };
-            let common = distribution(h, self.alpha) * spread;
             let height = i.z.abs();
-            let (facing_o, facing_i) = (facing_area(o.z, self.alpha), facing_area(height, self.alpha));
+            let (facets, facing_o, facing_i) = if is_layered(features, kind) {
+                let (x, y) = (self.alpha_x, self.alpha_y);
+                (distribution_along(h, x, y), facing_area_along(o, x, y), facing_area_along(i, x, y))
+            } else {
+                let alpha = self.alpha;
+                (distribution(h, alpha), facing_area(o.z, alpha), facing_area(height, alpha))
+            };
+            let common = facets * spread;
             pdf = common * (1.0 / facing_o);
             // Facets that both directions see: 1 of 1 + Λ(o) + Λ(i), over o.z.
             value = common * height * (1.0 / (facing_o * height + o.z * (facing_i - height)));

@@ -9,19 +9,26 @@
 //! Weekend" (the book): it cancels between a camera and lights outside of glass.
 
 mod book;
+mod boundary;
+mod coat;
 mod conductor;
 mod dielectric;
 mod lambertian;
+mod layered;
 mod metal;
 mod metallic_roughness;
 mod microfacets;
 mod normal_map;
 mod rough_dielectric;
+mod sheen;
 mod textures;
+mod thin_film;
 
 use crate::features::{BOOK, FeatureSet, Features, MICROFACETS, NEE, NORMAL_MAPS, of_material};
+use crate::layers::{MaterialLayers, SOLID};
 use crate::material::Material;
-use crate::math::{basis, max, normalize};
+use crate::math::{basis, max, normalize, sqrt};
+use crate::microfacet::MIN_ROUGH_ALPHA;
 use crate::rng::Words;
 use glam::Vec3;
 
@@ -40,14 +47,18 @@ pub const ROUGH_DIELECTRIC: u32 = 6;
 /// Kind of glTF's material.
 pub const METALLIC_ROUGHNESS: u32 = 7;
 
+/// Kind of glTF's material with layers and further lobes.
+pub const LAYERED: u32 = 8;
+
 /// Kinds with the names of their features.
-pub const NAMES: [(u32, &str); 6] = [
+pub const NAMES: [(u32, &str); 7] = [
     (LAMBERTIAN, "lambertian"),
     (METAL, "metal"),
     (DIELECTRIC, "dielectric"),
     (CONDUCTOR, "conductor"),
     (ROUGH_DIELECTRIC, "rough-dielectric"),
     (METALLIC_ROUGHNESS, "metallic-roughness"),
+    (LAYERED, "layered"),
 ];
 
 const _: () = assert!(
@@ -76,13 +87,16 @@ macro_rules! of_book {
 macro_rules! of_microfacets {
     ($features:expr, $kind:expr, $($item:tt)+) => {{
         use $crate::bsdf::microfacets::{MicrofacetLobe, is_kind};
-        use $crate::bsdf::{CONDUCTOR, ROUGH_DIELECTRIC, conductor, metallic_roughness, rough_dielectric};
+        use $crate::bsdf::{CONDUCTOR, METALLIC_ROUGHNESS, ROUGH_DIELECTRIC};
+        use $crate::bsdf::{conductor, layered, metallic_roughness, rough_dielectric};
         if is_kind($features, $kind, CONDUCTOR) {
             conductor::Conductor::$($item)+
         } else if is_kind($features, $kind, ROUGH_DIELECTRIC) {
             rough_dielectric::RoughDielectric::$($item)+
-        } else {
+        } else if is_kind($features, $kind, METALLIC_ROUGHNESS) {
             metallic_roughness::MetallicRoughness::$($item)+
+        } else {
+            layered::Layered::$($item)+
         }
     }};
 }
@@ -101,6 +115,12 @@ pub mod slots {
 #[inline(always)]
 pub const fn is_microfacet(kind: u32) -> bool {
     kind >= MICROFACET_KINDS
+}
+
+/// Returns whether a material of this kind is layered, in a kernel with `features`.
+#[inline(always)]
+pub fn is_layered<const POSSIBLE: Features>(features: FeatureSet<POSSIBLE>, kind: u32) -> bool {
+    features.has(of_material(LAYERED)) && kind == LAYERED
 }
 
 /// Returns whether a material of this kind is a microfacet material, in a kernel with `features`.
@@ -151,6 +171,10 @@ pub struct BsdfEval {
 
 const ZERO_EVAL: BsdfEval = BsdfEval { value: Vec3::ZERO, pdf: 0.0 };
 
+/// Least difference of a solid's index of refraction from 1: facets that bend no light have no
+/// normal that sends one direction to the other.
+const MIN_BEND: f32 = 1e-3;
+
 /// BSDF of a material at a point, seen from a given direction.
 #[derive(Clone, Copy, Debug)]
 pub struct Bsdf {
@@ -166,6 +190,14 @@ pub struct Bsdf {
     local_viewer: Vec3,
     /// Roughness parameter of GGX: the square of the roughness.
     alpha: f32,
+    /// That along the axes of the frame, for layered materials.
+    alpha_x: f32,
+    /// See `alpha_x`.
+    alpha_y: f32,
+    /// Layers of a layered material.
+    layers: MaterialLayers,
+    /// Factor of refracted light: that of the colour for which a dispersive surface is sampled.
+    dispersed: Vec3,
     /// Normal of the normal map in the shading frame, which the microfacets' normal is bent from;
     /// only used if `is_mapped`.
     local_mapped: Vec3,
@@ -218,11 +250,63 @@ impl Bsdf {
             viewer: -incoming,
             local_viewer: local,
             alpha,
+            alpha_x: alpha,
+            alpha_y: alpha,
+            layers: MaterialLayers::NONE,
+            dispersed: Vec3::ONE,
             local_mapped: mapped,
             local_smooth: smooth,
             is_mapped,
             front,
         }
+    }
+
+    /// Returns the BSDF with the layers of its material, if that is layered, and with its frame
+    /// along `tangent`, whose bitangent is to the side of `handedness`. `dispersed` is the factor
+    /// of refracted light.
+    #[inline(always)]
+    pub fn with_layers<const POSSIBLE: Features>(
+        mut self,
+        features: FeatureSet<POSSIBLE>,
+        layers: MaterialLayers,
+        tangent: Vec3,
+        handedness: f32,
+        dispersed: Vec3,
+    ) -> Self {
+        if !is_layered(features, self.material.kind) {
+            return self;
+        }
+        (self.layers, self.dispersed) = (layers, dispersed);
+        if !self.front && layers.flags & SOLID != 0 {
+            // Coat, sheen and film are outside of a solid.
+            (self.layers.coat, self.layers.film) = (0.0, 0.0);
+            self.layers.sheen_color = Vec3::ZERO;
+        }
+        if layers.flags & SOLID != 0 && (self.material.ior - 1.0).abs() < MIN_BEND {
+            self.material.ior = 1.0 + MIN_BEND;
+        }
+        let alpha = max(self.alpha, MIN_ROUGH_ALPHA);
+        self.alpha_y = alpha;
+        self.alpha_x = alpha + (1.0 - alpha) * layers.anisotropy * layers.anisotropy;
+        // For the fits of albedos: facets stretched one way lose what others of this alpha do.
+        self.alpha = 0.5 * (self.alpha_x + alpha);
+        self.material.roughness = sqrt(self.alpha);
+        let along = tangent - self.normal * tangent.dot(self.normal);
+        if layers.anisotropy > 0.0 && along.dot(along) > 1e-12 {
+            let tangent = normalize(along);
+            let bitangent = self.normal.cross(tangent) * handedness;
+            let x = normalize(tangent * layers.anisotropy_cos + bitangent * layers.anisotropy_sin);
+            let y = self.normal.cross(x);
+            let (m, s) = (self.local_mapped, self.local_smooth);
+            let mapped = self.x * m.x + self.y * m.y + self.normal * m.z;
+            let smooth = self.x * s.x + self.y * s.y + self.normal * s.z;
+            (self.x, self.y) = (x, y);
+            let height = self.local_viewer.z;
+            self.local_viewer = Vec3::new(self.viewer.dot(x), self.viewer.dot(y), height);
+            self.local_mapped = self.world_to_local(mapped);
+            self.local_smooth = self.world_to_local(smooth);
+        }
+        self
     }
 
     /// Returns the colour of the surface, by which a denoiser divides: that of a diffuse surface,

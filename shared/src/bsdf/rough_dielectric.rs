@@ -11,7 +11,10 @@ use glam::Vec3;
 pub(super) struct RoughDielectric;
 
 impl MicrofacetLobe for RoughDielectric {
-    const REFRACTS: bool = true;
+    #[inline(always)]
+    fn refracts(_: &Bsdf) -> bool {
+        true
+    }
 
     #[inline(always)]
     fn scatter(bsdf: &Bsdf, facet: &Facet, random: Words) -> Proposal {

@@ -30,6 +30,7 @@ use glam::Vec3;
 const LIGHT_BLOCK: u32 = 0x8000_0000;
 const PANORAMA_BLOCK: u32 = 0xa000_0000;
 const PASS_BLOCK: u32 = 0xc000_0000;
+const COLOR_BLOCK: u32 = 0xe000_0000;
 
 /// Maximum number of surfaces that a sample may pass because they are not opaque; beyond, its path
 /// ends and its shadow rays are blocked, so that no path is endless.
@@ -74,6 +75,8 @@ struct Path {
     vertex_primitive: u32,
     /// Distance from that vertex to the ray's origin; above 0 after surfaces that the path passed.
     skipped_distance: f32,
+    /// Absorption of the solid in which the ray is, by channel, per scene unit.
+    absorption: Vec3,
     /// Maximum distance of the shadow ray.
     shadow_t_max: f32,
     /// Primitive of the light that the shadow ray is sent to.
@@ -103,6 +106,7 @@ impl Path {
             pdf: 0.0,
             vertex_primitive: NO_PRIMITIVE,
             skipped_distance: 0.0,
+            absorption: Vec3::ZERO,
             shadow: false,
             shadow_t_max: MISS,
             light_primitive: NO_PRIMITIVE,
@@ -128,6 +132,7 @@ impl Path {
         self.pdf = 0.0;
         self.vertex_primitive = NO_PRIMITIVE;
         self.skipped_distance = 0.0;
+        self.absorption = Vec3::ZERO;
     }
 
     /// Adds the finished sample to its pixel's sums, and moves on to the pixel's next sample.

@@ -3,19 +3,21 @@
 
 use super::nee::{Connection, sample_direct_light, weighted_emission};
 use super::vertex::{FacingNormals, Vertex};
-use super::{MAX_PASSES, PASS_BLOCK, Path};
+use super::{COLOR_BLOCK, MAX_PASSES, PASS_BLOCK, Path};
 use crate::aovs::{self, AovSums, SurfaceAovs};
-use crate::bsdf::{Bsdf, BsdfEval, BsdfSample, slots};
+use crate::bsdf::{Bsdf, BsdfEval, BsdfSample, LAYERED, is_layered, slots};
 use crate::buffer::SharedSlice;
 use crate::bvh::{Hit, NO_PRIMITIVE};
 use crate::environment;
-use crate::features::{AOVS, EMITTERS, ENVIRONMENT, FeatureSet, Features, HOLES, NEE, ROULETTE};
+use crate::features::{AOVS, EMITTERS, ENVIRONMENT, FeatureSet, Features, HOLES, NEE, ROULETTE, of_material};
+use crate::layers::SOLID;
 use crate::light::mis_weight;
 use crate::material::{BLENDED, MASKED};
-use crate::math::{max_component, min, unit_f32};
+use crate::math::{exp2, max, max_component, min, unit_f32};
 use crate::params::RenderParams;
 use crate::sampler::words;
 use crate::scene::Scene;
+use core::f32::consts::LOG2_E;
 use glam::Vec3;
 
 impl Path {
@@ -133,6 +135,9 @@ impl Path {
             return self.attenuate(features, &vertex);
         }
         self.segment += 1;
+        if features.has(of_material(LAYERED)) {
+            self.absorb(hit.distance);
+        }
         let front = vertex.is_front();
         let mut passed = false;
         if features.has(HOLES) && vertex.material.flags & (MASKED | BLENDED) != 0 {
@@ -158,7 +163,18 @@ impl Path {
         if continues || writes_aovs {
             let normals = vertex.facing_normals(features, params, front);
             let direction = vertex.ray.direction;
-            let bsdf = Bsdf::new(features, vertex.material, direction, normals.of_bsdf, front);
+            let mut material = vertex.material;
+            let mut dispersed = Vec3::ONE;
+            if is_layered(features, material.kind) && vertex.layers.dispersion > 0.0 {
+                (material.ior, dispersed) = self.disperse(&vertex);
+            }
+            let bsdf = Bsdf::new(features, material, direction, normals.of_bsdf, front).with_layers(
+                features,
+                vertex.layers,
+                vertex.surface.attributes.tangent,
+                vertex.surface.attributes.handedness,
+                dispersed,
+            );
             if writes_aovs {
                 let aov_sample =
                     SurfaceAovs { albedo: bsdf.albedo(features), diffuse: bsdf.diffuseness(features) };
@@ -184,6 +200,12 @@ impl Path {
                     self.begin_connection(&connection, eval);
                 }
                 self.scatter(features, params, &vertex, &normals, &scatter, random.w);
+                if is_layered(features, vertex.material.kind)
+                    && scatter.transmitted
+                    && vertex.layers.flags & SOLID != 0
+                {
+                    self.absorption = if front { vertex.layers.absorption } else { Vec3::ZERO };
+                }
                 let inside = front == scatter.transmitted;
                 self.continuation = vertex.leave(features, scatter.direction, inside);
                 ended = !self.continues && !self.shadow;
@@ -195,6 +217,34 @@ impl Path {
             }
         }
         ended
+    }
+
+    /// Weakens the path by the absorption of the solid that its ray passed through for a distance
+    /// (Beer and Lambert's law).
+    #[inline(always)]
+    fn absorb(&mut self, distance: f32) {
+        let power = self.absorption * (-LOG2_E * distance);
+        if self.absorption.dot(self.absorption) > 0.0 {
+            self.throughput *= Vec3::new(exp2(power.x), exp2(power.y), exp2(power.z));
+        }
+    }
+
+    /// Chooses the colour of the light that a dispersive surface refracts, by what the path still
+    /// carries. Returns the index of refraction for it, and the factor of refracted light.
+    #[inline(always)]
+    fn disperse(&self, vertex: &Vertex) -> (f32, Vec3) {
+        let (ior, spread, t) = (vertex.material.ior, vertex.layers.dispersion, self.throughput);
+        let u = unit_f32(self.key.words(COLOR_BLOCK | self.segment).x) * (t.x + t.y + t.z);
+        let sum = t.x + t.y + t.z;
+        if u < t.x {
+            (max(ior - spread, 1.0), Vec3::new(sum * (1.0 / t.x), 0.0, 0.0))
+        } else if u < t.x + t.y {
+            (ior, Vec3::new(0.0, sum * (1.0 / t.y), 0.0))
+        } else if t.z > 0.0 {
+            (ior + spread, Vec3::new(0.0, 0.0, sum * (1.0 / t.z)))
+        } else {
+            (ior, Vec3::ZERO)
+        }
     }
 
     /// Samples the direct light at `vertex`, if there is a light and the surface is not a mirror.

@@ -1,8 +1,9 @@
 //! Vertex of a path: the point of a surface that a ray hits, and how rays leave it.
 
-use crate::bsdf::{BsdfNormals, LAMBERTIAN, Slots, TexturePoint, load_material, opacity};
+use crate::bsdf::{BsdfNormals, LAMBERTIAN, Slots, TexturePoint, TexturedMaterial, load_material, opacity};
 use crate::bvh::Hit;
 use crate::features::{FeatureSet, Features, NORMAL_MAPS, PLANAR, TRIANGLES};
+use crate::layers::MaterialLayers;
 use crate::material::Material;
 use crate::params::RenderParams;
 use crate::ray::{OriginPrimitive, Ray};
@@ -19,6 +20,8 @@ pub(super) struct Vertex {
     pub(super) hit: Hit,
     pub(super) surface: Surface,
     pub(super) material: Material,
+    /// Layers of a layered material.
+    pub(super) layers: MaterialLayers,
     /// Unit normal on the side of the surface's normal, by the normal map if there is one.
     pub(super) mapped_normal: Vec3,
     /// True if there is one.
@@ -52,7 +55,8 @@ impl Vertex {
         if features.has(NORMAL_MAPS) && textured.material.normal_texture != NO_TEXTURE {
             (normal, is_mapped) = (mapped_normal(&surface, textured.normal), true);
         }
-        Self { ray, hit, surface, material: textured.material, mapped_normal: normal, is_mapped }
+        let TexturedMaterial { material, layers, .. } = textured;
+        Self { ray, hit, surface, material, layers, mapped_normal: normal, is_mapped }
     }
 
     /// Returns whether the ray comes from the outside.

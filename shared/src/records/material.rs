@@ -15,7 +15,12 @@ pub const MASKED: u32 = 4;
 /// Bit of [`Material::flags`]: transmits the part of the light that its opacity leaves.
 pub const BLENDED: u32 = 8;
 
-/// Material: a tag and flat fields, because rust-gpu has no enums with data. 112 bytes.
+/// Bit of [`Material::flags`]: light that facets send to others is lost.
+pub const SINGLE_SCATTERING: u32 = 16;
+/// Bit of [`Material::flags`]: colours of vertices multiply the emission.
+pub const UNLIT: u32 = 32;
+
+/// Material: a tag and flat fields, because rust-gpu has no enums with data. 128 bytes.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Material {
@@ -43,7 +48,8 @@ pub struct Material {
     pub transmission: f32,
     /// Imaginary part of a conductor's index of refraction, by channel.
     pub k: Vec3,
-    /// Bits: [`EMITS_BOTH_SIDES`], [`COMPLEX_IOR`], [`MASKED`], [`BLENDED`].
+    /// Bits: [`EMITS_BOTH_SIDES`], [`COMPLEX_IOR`], [`MASKED`], [`BLENDED`],
+    /// [`SINGLE_SCATTERING`], [`UNLIT`].
     pub flags: u32,
     /// Index of the texture that multiplies albedo and opacity, or [`NO_TEXTURE`].
     pub albedo_texture: u32,
@@ -61,9 +67,14 @@ pub struct Material {
     pub normal_texture: u32,
     /// Factor of the normal map's x and y.
     pub normal_scale: f32,
+    /// Layers of a [`LAYERED`](crate::bsdf::LAYERED) material. On the host, 1 plus an index into
+    /// the scene's layers, or 0; on a device, the index at which they stand among the materials.
+    pub layers: u32,
+    /// Unused.
+    pub pad: [u32; 3],
 }
 
-const _: () = assert!(size_of::<Material>() == 112 && align_of::<Material>() == 16);
+const _: () = assert!(size_of::<Material>() == 128 && align_of::<Material>() == 16);
 
 impl Material {
     /// Creates a material of this kind: opaque, smooth, not emitting, without textures, with index
@@ -90,6 +101,8 @@ impl Material {
             alpha_cutoff: 0.0,
             normal_texture: NO_TEXTURE,
             normal_scale: 1.0,
+            layers: 0,
+            pad: [0; 3],
         }
     }
 
@@ -117,6 +130,8 @@ impl Material {
             alpha_cutoff: _,
             normal_texture,
             normal_scale: _,
+            layers: _,
+            pad: _,
         } = *self;
         [albedo_texture, metallic_roughness_texture, emission_texture, transmission_texture, normal_texture]
     }

@@ -94,7 +94,7 @@ fn relative_index(setup: &Setup) -> f32 {
 }
 
 fn check(setups: &[Setup]) {
-    let min_p = sidak(40 * COSINES.len()); // of all tests of this file together
+    let min_p = sidak(60 * COSINES.len()); // of all tests of this file together
     for (k, setup) in setups.iter().enumerate() {
         for cos in COSINES {
             let (seen, eta) = (setup.view(cos), relative_index(setup));
@@ -132,6 +132,11 @@ fn rough_glass() {
 #[test]
 fn metallic_roughness() {
     check(&materials::mixes());
+}
+
+#[test]
+fn layers() {
+    check(&materials::layers());
 }
 
 /// Negative control: a pdf whose width is wrong by a tenth must be found.

@@ -97,6 +97,22 @@ fn plastic_keeps_most_of_its_light() {
 }
 
 #[test]
+fn layers_invent_nothing() {
+    for base in materials::layers() {
+        let setup = |roughness: f32| {
+            let mut setup = base.clone();
+            setup.material.roughness = roughness;
+            setup
+        };
+        assert!(table(&base.name, setup));
+    }
+    // Negative control: a colour of the base above 1.
+    let mut faulty = materials::layers().remove(0);
+    faulty.material.albedo *= 1.04;
+    assert!(!is_at_most_one(albedo(&faulty, 1.0)) || SLOW);
+}
+
+#[test]
 fn rough_glass_invents_nothing() {
     assert!(table("glass 1.5 from outside", |roughness| materials::rough_glass(1.5, roughness, true)));
     assert!(table("glass 1.5 from inside", |roughness| materials::rough_glass(1.5, roughness, false)));

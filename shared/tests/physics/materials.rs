@@ -3,10 +3,11 @@
 use crate::statistics::words;
 use glam::Vec3;
 use trisect_shared::bsdf::{
-    Bsdf, BsdfEval, BsdfNormals, BsdfSample, CONDUCTOR, DIELECTRIC, LAMBERTIAN, METAL, METALLIC_ROUGHNESS,
-    ROUGH_DIELECTRIC,
+    Bsdf, BsdfEval, BsdfNormals, BsdfSample, CONDUCTOR, DIELECTRIC, LAMBERTIAN, LAYERED, METAL,
+    METALLIC_ROUGHNESS, ROUGH_DIELECTRIC,
 };
 use trisect_shared::features::{BOOK, FeatureSet, MICROFACETS};
+use trisect_shared::layers::{MaterialLayers, SOLID};
 use trisect_shared::material::{COMPLEX_IOR, Material};
 use trisect_shared::math::{basis, normalize};
 use trisect_shared::scene::Scene;
@@ -34,12 +35,13 @@ const ALL: FeatureSet<{ BOOK | MICROFACETS }> = FeatureSet::ALL;
 pub struct Setup {
     pub name: String,
     pub material: Material,
+    pub layers: MaterialLayers,
     pub front: bool,
 }
 
 impl Setup {
     pub fn new(name: impl Into<String>, material: Material) -> Self {
-        Self { name: name.into(), material, front: true }
+        Self { name: name.into(), material, layers: MaterialLayers::NONE, front: true }
     }
 
     /// Returns this setup with alpha, or fuzz, multiplied by `factor`.
@@ -61,7 +63,10 @@ impl Setup {
     }
 
     pub fn view_from(&self, viewer: Vec3, normal: Vec3) -> BsdfView {
-        let bsdf = Bsdf::new(ALL, self.material, -viewer, BsdfNormals::plain(normal), self.front);
+        // A tangent that is not perpendicular to the normal.
+        let tangent = Vec3::new(0.8, -0.5, 0.3);
+        let bsdf = Bsdf::new(ALL, self.material, -viewer, BsdfNormals::plain(normal), self.front)
+            .with_layers(ALL, self.layers, tangent, -1.0, Vec3::ONE);
         BsdfView { bsdf, viewer, normal }
     }
 }
@@ -130,6 +135,53 @@ pub fn mix(metallic: f32, roughness: f32, transmission: f32) -> Setup {
     };
     let name = format!("metallic {metallic}, roughness {roughness}, transmission {transmission}");
     Setup::new(name, material)
+}
+
+/// Returns a layered material of white, on the base of [`mix`].
+pub fn layered(base: Setup, name: &str, layers: MaterialLayers) -> Setup {
+    let material = Material { kind: LAYERED, layers: 1, ..base.material };
+    Setup { name: format!("{name}, {}", base.name), material, layers, ..base }
+}
+
+/// Returns layered materials, one layer or lobe each, and all at once.
+pub fn layers() -> Vec<Setup> {
+    let none = MaterialLayers::NONE;
+    let coat = MaterialLayers { coat: 1.0, coat_roughness: 0.3, ..none };
+    let sheen = MaterialLayers { sheen_color: Vec3::ONE, sheen_roughness: 0.5, ..none };
+    let specular = MaterialLayers { specular: 0.5, specular_color: Vec3::new(3.0, 1.0, 0.5), ..none };
+    let stretched = MaterialLayers { anisotropy: 0.8, anisotropy_cos: 0.6, anisotropy_sin: 0.8, ..none };
+    let film = MaterialLayers { film: 1.0, film_ior: 1.6, film_thickness: 450.0, ..none };
+    let leaf = MaterialLayers { diffuse_transmission: 0.6, ..none };
+    let solid = MaterialLayers { flags: SOLID, ..none };
+    let all = MaterialLayers {
+        coat: 0.7,
+        coat_roughness: 0.2,
+        sheen_color: Vec3::splat(0.4),
+        sheen_roughness: 0.7,
+        anisotropy: 0.5,
+        film: 0.6,
+        diffuse_transmission: 0.3,
+        ..none
+    };
+    let mut setups = vec![
+        layered(mix(0.0, 0.4, 0.0), "no layer", none),
+        layered(mix(0.0, 0.5, 0.0), "coat", coat),
+        layered(mix(1.0, 0.3, 0.0), "coat", MaterialLayers { coat_roughness: 0.6, ..coat }),
+        layered(mix(0.0, 0.6, 0.0), "sheen", sheen),
+        layered(mix(0.0, 0.6, 0.0), "smooth sheen", MaterialLayers { sheen_roughness: 0.25, ..sheen }),
+        layered(mix(0.0, 0.4, 0.0), "specular", specular),
+        layered(mix(1.0, 0.4, 0.0), "anisotropy", stretched),
+        layered(mix(0.0, 0.5, 0.0), "film", film),
+        layered(mix(1.0, 0.5, 0.0), "film", film),
+        layered(mix(0.0, 0.4, 0.0), "leaf", leaf),
+        layered(mix(0.0, 0.4, 0.8), "wall", none),
+        layered(mix(0.3, 0.5, 0.5), "all", all),
+    ];
+    for front in [true, false] {
+        let glass = layered(mix(0.0, 0.4, 1.0), "rough glass of a solid", solid);
+        setups.push(Setup { front, ..glass });
+    }
+    setups
 }
 
 /// Returns metallic-roughness materials: plastic, smooth plastic, metal, half of both, a film.

@@ -66,6 +66,7 @@ fn reflection() {
     setups.extend([0.2, 0.5, 1.0].map(materials::conductor));
     setups.extend([0.3, 0.7].map(materials::copper));
     setups.extend(materials::mixes());
+    setups.extend(materials::layers().into_iter().filter(|setup| !setup.name.starts_with("rough glass")));
     setups.extend(materials::rough_glasses(0.3));
     setups.extend(materials::rough_glasses(0.8));
     for setup in setups {

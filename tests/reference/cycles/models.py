@@ -283,6 +283,53 @@ def instanced(path):
     model.write(path)
 
 
+def layered(path, extensions=None, base=None, shape=None, tangents=False):
+    """Writes a ball with extensions of its material, by their names without KHR_materials_."""
+    model = Model()
+    positions, normals, uvs, triangles = shape or ball(32)
+    extensions = {f"KHR_materials_{name}": value for name, value in (extensions or {}).items()}
+    model.root["extensionsUsed"] += extensions
+    material = {"pbrMetallicRoughness": pbr(0.5) if base is None else base, "extensions": extensions}
+    attributes = {
+        "POSITION": model.accessor(positions),
+        "NORMAL": model.accessor(normals),
+        "TEXCOORD_0": model.accessor(uvs),
+    }
+    if tangents:
+        around = lambda n: math.atan2(-n[2], n[0])
+        along = [[-math.sin(around(n)), 0, -math.cos(around(n)), 1] for n in normals]
+        attributes["TANGENT"] = model.accessor(along)
+    model.mesh(attributes, triangles, model.add("materials", material))
+    model.write(path)
+
+
+def materials():
+    """Writes models of one material extension each."""
+    white = pbr(0.0, colour=(1, 1, 1))
+    layered("default.glb", base={})
+    for roughness in (0.3, 0.6):
+        layered(f"metal_{roughness}.glb", base=pbr(roughness, 1))
+    layered("coat.glb", {"clearcoat": {"clearcoatFactor": 1, "clearcoatRoughnessFactor": 0.2}})
+    layered("coat_metal.glb", {"clearcoat": {"clearcoatFactor": 0.7, "clearcoatRoughnessFactor": 0.1}}, pbr(0.5, 1))
+    layered("sheen.glb", {"sheen": {"sheenColorFactor": [0.9, 0.4, 0.3], "sheenRoughnessFactor": 0.5}}, pbr(0.8))
+    layered("specular_none.glb", {"specular": {"specularFactor": 0}}, pbr(0.3))
+    layered("specular_colour.glb", {"specular": {"specularColorFactor": [1, 0.3, 0.1]}}, pbr(0.3))
+    layered("ior_2.glb", {"ior": {"ior": 2}}, pbr(0.3))
+    stretched = {"anisotropy": {"anisotropyStrength": 0.7, "anisotropyRotation": 0.5}}
+    layered("anisotropy.glb", stretched, pbr(0.3, 1), tangents=True)
+    film = {"iridescenceFactor": 1, "iridescenceIor": 1.3, "iridescenceThicknessMaximum": 420}
+    layered("film.glb", {"iridescence": film}, pbr(0.3))
+    layered("film_metal.glb", {"iridescence": film}, pbr(0.3, 1))
+    clear = {"transmission": {"transmissionFactor": 1}, "volume": {"thicknessFactor": 1}}
+    layered("glass.glb", clear, white)
+    inside = {"thicknessFactor": 1, "attenuationDistance": 0.8, "attenuationColor": [0.3, 0.8, 0.5]}
+    layered("volume.glb", {**clear, "volume": inside}, white)
+    layered("volume_rough.glb", {**clear, "volume": inside}, pbr(0.4, colour=(1, 1, 1)))
+    layered("unlit.glb", {"unlit": {}})
+    passed = {"diffuseTransmissionFactor": 0.6, "diffuseTransmissionColorFactor": [0.9, 0.6, 0.3]}
+    layered("leaf.glb", {"diffuse_transmission": passed}, pbr(1.0), square())
+
+
 def motion():
     """Writes models whose name states their time, if it is not that of the file's own pose."""
     keys = [[0, 0, 0], [1, 0.5, 0], [-0.5, 0.5, 0.5]]
@@ -301,6 +348,7 @@ def motion():
 
 def main():
     motion()
+    materials()
     for roughness in (0.6, 1.0):
         mapped(f"square_plain_{roughness}.glb", square(), roughness, scale=None)
         mapped(f"square_{roughness}.glb", square(), roughness)

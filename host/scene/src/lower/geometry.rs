@@ -49,9 +49,10 @@ pub(super) fn lower(description: &Description) -> Result<Geometry, String> {
     let mut tangents = HashMap::new();
     for (number, instance) in (0..).zip(&description.instances) {
         let mesh = mesh(description, instance)?;
-        let map = description.materials.get(mesh.material).and_then(|m| m.normal_texture.as_ref());
-        let tangents = map.map(|map| {
-            let uvs = if map.second_uvs { &mesh.second_uvs } else { &mesh.uvs };
+        let material = description.materials.get(mesh.material).filter(|material| material.needs_tangents());
+        let tangents = material.map(|material| {
+            let second = material.normal_texture.as_ref().is_some_and(|map| map.second_uvs);
+            let uvs = if second { &mesh.second_uvs } else { &mesh.uvs };
             &*tangents.entry(instance.mesh).or_insert_with(|| tangents::tangents(mesh, uvs))
         });
         geometry.mesh(mesh, tangents, instance, number)?;
@@ -74,8 +75,8 @@ pub(crate) fn check_memory(description: &Description) -> Result<(), String> {
     description.instances.iter().try_for_each(|instance| {
         let mesh = mesh(description, instance)?;
         let material = description.materials.get(mesh.material);
-        let is_mapped = material.is_some_and(|material| material.normal_texture.is_some());
-        room.place(mesh, is_mapped || mesh.has_attributes())
+        let has_tangents = material.is_some_and(|material| material.needs_tangents());
+        room.place(mesh, has_tangents || mesh.has_attributes())
     })
 }
 

@@ -40,12 +40,13 @@ pub(super) fn lower(
         }
     };
     let mut textures = texture::Packer::default();
+    let mut layers = Vec::new();
     let mut materials = Vec::with_capacity(description.materials.len());
     let fading = |mesh: &&Mesh| mesh.colors.iter().any(|color| color[3] < 1.0);
     let fading: HashSet<usize> = description.meshes.iter().filter(fading).map(|mesh| mesh.material).collect();
     for (index, material) in description.materials.iter().enumerate() {
         let fades = fading.contains(&index);
-        let record = material::lower(material, fades, &description.images, &mut textures);
+        let record = material::lower(material, fades, &description.images, (&mut textures, &mut layers));
         materials.push(record.map_err(inconsistent)?);
     }
     let geometry = geometry::lower(description).map_err(inconsistent)?;
@@ -62,6 +63,7 @@ pub(super) fn lower(
         shading: geometry.shading,
         attributes: geometry.attributes,
         materials,
+        layers,
         textures: textures.textures,
         texels: textures.texels,
         lights: description.lights.iter().map(PunctualLight::record).collect(),

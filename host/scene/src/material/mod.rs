@@ -1,5 +1,6 @@
 //! Materials: how a surface scatters, what it emits, and how much of it is there.
 
+pub mod layers;
 mod read;
 pub mod surface;
 
@@ -8,7 +9,7 @@ use crate::texture::TextureUse;
 use crate::values::{Radiance, Share, TextureNumber, numbers, some};
 use glam::DVec3;
 use serde::Deserialize;
-use surface::{Lambertian, Surface, TextureRole};
+use surface::{Lambertian, MetallicRoughness, Surface, TextureRole};
 
 /// A material. `T` refers to a texture: by its name in a scene file.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,6 +32,9 @@ pub struct Material<T = TextureUse> {
     pub normal_texture: Option<T>,
     /// Factor of the normal map's x and y.
     pub normal_scale: f64,
+    /// True if the surface shows `emission` whatever the light (KHR_materials_unlit): colours of
+    /// vertices multiply it, and next-event estimation does not sample it.
+    pub is_unlit: bool,
 }
 
 /// Meaning of a material's opacity.
@@ -100,6 +104,7 @@ impl<T> Material<T> {
             alpha: Alpha::Opaque,
             normal_texture: None,
             normal_scale: 1.0,
+            is_unlit: false,
         }
     }
 
@@ -107,6 +112,15 @@ impl<T> Material<T> {
     #[must_use]
     pub fn named(self, name: impl Into<String>) -> Self {
         Self { name: name.into(), ..self }
+    }
+
+    /// Returns whether the material needs the tangents of its mesh.
+    pub fn needs_tangents(&self) -> bool {
+        let anisotropic = match &self.surface {
+            Surface::MetallicRoughness(MetallicRoughness { layers, .. }) => layers.needs_tangents(),
+            _ => false,
+        };
+        anisotropic || self.normal_texture.is_some()
     }
 
     /// Returns the textures that the material reads, with their roles.
@@ -132,6 +146,7 @@ impl<T> Material<T> {
             emits_both_sides: self.emits_both_sides,
             opacity: self.opacity,
             alpha: self.alpha,
+            is_unlit: self.is_unlit,
         })
     }
 }

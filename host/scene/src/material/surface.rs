@@ -1,6 +1,7 @@
 //! Surfaces: how materials scatter light. Scene files, importers and programs that build scenes
 //! give these types; `Surface::fill` makes device records of them.
 
+use super::layers::Layers;
 use crate::ranges::{all, each};
 use crate::texture::TextureUse;
 use crate::values::{Absorption, Eta, Ior, Share, number, numbers, some};
@@ -8,7 +9,8 @@ use glam::DVec3;
 use serde::de::Error;
 use serde::{Deserialize, Deserializer};
 use trisect_shared::bsdf;
-use trisect_shared::material::{COMPLEX_IOR, Material as Record};
+use trisect_shared::layers::{LayerTextures, MaterialLayers};
+use trisect_shared::material::{COMPLEX_IOR, Material as Record, SINGLE_SCATTERING};
 use trisect_shared::microfacet::MIN_ROUGH_ALPHA;
 
 /// Scattering model of a material. `T` refers to a texture: by its name in a scene file.
@@ -82,6 +84,14 @@ pub struct Conductor {
     /// Roughness, 0 to 1; GGX alpha is its square.
     #[serde(deserialize_with = "number::<Share, _>")]
     pub roughness: f64,
+    /// True if light that a facet sends to others comes out again; false for the model of renderers
+    /// that lose it.
+    #[serde(default = "yes")]
+    pub multiple_scattering: bool,
+}
+
+fn yes() -> bool {
+    true
 }
 
 /// A conductor's reflectance.
@@ -133,6 +143,8 @@ pub struct MetallicRoughness<T = TextureUse> {
     /// Texture whose red multiplies `transmission`.
     #[serde(deserialize_with = "some")]
     pub transmission_texture: Option<T>,
+    /// Layers and further lobes.
+    pub layers: Layers<T>,
 }
 
 impl Lambertian {
@@ -145,7 +157,8 @@ impl Lambertian {
 impl Conductor {
     /// Returns the metal with this reflectance at normal incidence.
     pub fn schlick(reflectance: impl Into<DVec3>, roughness: f64) -> Self {
-        Self { fresnel: ConductorFresnel::Schlick { reflectance: reflectance.into() }, roughness }
+        let fresnel = ConductorFresnel::Schlick { reflectance: reflectance.into() };
+        Self { fresnel, roughness, multiple_scattering: true }
     }
 }
 
@@ -161,6 +174,7 @@ impl<T> Default for MetallicRoughness<T> {
             ior: 1.5,
             transmission: 0.0,
             transmission_texture: None,
+            layers: Layers::default(),
         }
     }
 }
@@ -215,25 +229,33 @@ impl<T> Surface<T> {
             }
         };
         let numbers = numbers.into_iter().flatten().map(|texture| (texture, TextureRole::Numbers));
-        base.iter().map(|texture| (texture, TextureRole::Colour)).chain(numbers)
+        let layers = match self {
+            Self::MetallicRoughness(m) => Some(m.layers.textures()),
+            _ => None,
+        };
+        let base = base.iter().map(|texture| (texture, TextureRole::Colour));
+        base.chain(numbers).chain(layers.into_iter().flatten())
     }
 
     /// Returns the surface with each texture replaced by what `f` makes of it.
     pub(super) fn with_textures<U, E>(self, f: &mut impl FnMut(T) -> Result<U, E>) -> Result<Surface<U>, E> {
-        let mut map = |texture: Option<T>| texture.map(&mut *f).transpose();
+        fn map<T, U, E>(texture: Option<T>, f: &mut impl FnMut(T) -> Result<U, E>) -> Result<Option<U>, E> {
+            texture.map(f).transpose()
+        }
         Ok(match self {
             Self::Lambertian(Lambertian { albedo, texture }) => {
-                Surface::Lambertian(Lambertian { albedo, texture: map(texture)? })
+                Surface::Lambertian(Lambertian { albedo, texture: map(texture, f)? })
             }
             Self::MetallicRoughness(m) => Surface::MetallicRoughness(MetallicRoughness {
                 base_color: m.base_color,
-                texture: map(m.texture)?,
+                texture: map(m.texture, f)?,
                 metallic: m.metallic,
                 roughness: m.roughness,
-                metallic_roughness_texture: map(m.metallic_roughness_texture)?,
+                metallic_roughness_texture: map(m.metallic_roughness_texture, f)?,
                 ior: m.ior,
                 transmission: m.transmission,
-                transmission_texture: map(m.transmission_texture)?,
+                transmission_texture: map(m.transmission_texture, f)?,
+                layers: m.layers.with_textures(f)?,
             }),
             Self::Metal(metal) => Surface::Metal(metal),
             Self::Dielectric(dielectric) => Surface::Dielectric(dielectric),
@@ -279,7 +301,7 @@ impl<T> Surface<T> {
                 all::<Ior>("ior", &[*ior])?;
                 all::<Share>("roughness", &[*roughness])
             }
-            Self::Conductor(Conductor { fresnel, roughness }) => {
+            Self::Conductor(Conductor { fresnel, roughness, .. }) => {
                 all::<Share>("roughness", &[*roughness])?;
                 match fresnel {
                     ConductorFresnel::Ior { eta, k } => {
@@ -294,18 +316,21 @@ impl<T> Surface<T> {
                 all::<Share>("metallic", &[m.metallic])?;
                 all::<Share>("roughness", &[m.roughness])?;
                 all::<Share>("transmission", &[m.transmission])?;
-                all::<Ior>("ior", &[m.ior])
+                m.layers.check()?;
+                // Index 0 stands for a boundary whose reflectance is the specular colour.
+                if m.ior == 0.0 && m.layers.specular.is_some() { Ok(()) } else { all::<Ior>("ior", &[m.ior]) }
             }
         }
     }
 }
 
 impl Surface {
-    /// Fills in the fields of a device record that describe the surface. `texture` returns the
-    /// index of a texture's record.
+    /// Fills in the fields of a device record that describe the surface, and adds its layers.
+    /// `texture` returns the index of a texture's record.
     pub(crate) fn fill(
         &self,
         record: &mut Record,
+        layers: &mut Vec<(MaterialLayers, LayerTextures)>,
         texture: &mut impl FnMut(&Option<TextureUse>) -> Result<u32, String>,
     ) -> Result<(), String> {
         match self {
@@ -330,9 +355,12 @@ impl Surface {
                 record.ior = *ior as f32;
                 record.roughness = *roughness as f32;
             }
-            Self::Conductor(Conductor { fresnel, roughness }) => {
+            Self::Conductor(Conductor { fresnel, roughness, multiple_scattering }) => {
                 record.kind = bsdf::CONDUCTOR;
                 record.roughness = *roughness as f32;
+                if !multiple_scattering {
+                    record.flags |= SINGLE_SCATTERING;
+                }
                 match fresnel {
                     ConductorFresnel::Ior { eta, k } => {
                         record.flags |= COMPLEX_IOR;
@@ -352,6 +380,11 @@ impl Surface {
                 record.albedo_texture = texture(&m.texture)?;
                 record.metallic_roughness_texture = texture(&m.metallic_roughness_texture)?;
                 record.transmission_texture = texture(&m.transmission_texture)?;
+                if !m.layers.is_empty() {
+                    record.kind = bsdf::LAYERED;
+                    layers.push(m.layers.records(m.ior, texture)?);
+                    record.layers = layers.len() as u32;
+                }
             }
         }
         Ok(())

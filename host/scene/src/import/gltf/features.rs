@@ -7,16 +7,26 @@ use super::json::Root;
 use crate::error::SceneError;
 
 /// Supported extensions.
-const SUPPORTED: [&str; 14] = [
+const SUPPORTED: [&str; 24] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
     "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
+    "KHR_materials_anisotropy",
+    "KHR_materials_clearcoat",
+    "KHR_materials_diffuse_transmission",
+    "KHR_materials_dispersion",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
+    "KHR_materials_iridescence",
+    "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_sheen",
+    "KHR_materials_specular",
     "KHR_materials_transmission",
+    "KHR_materials_unlit",
     "KHR_materials_variants",
+    "KHR_materials_volume",
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",
     "KHR_node_visibility",
@@ -45,12 +55,7 @@ pub fn check(root: &Root, name: &str, warnings: &mut Warnings) -> Result<(), Sce
             .unsupported(format!("the extension {}", shown(extension)), remedy(extension)));
     }
     for extension in root.extensions_used.iter().filter(|extension| !supported(extension)) {
-        warnings.once(match extension.as_str() {
-            "KHR_materials_unlit" => {
-                "KHR_materials_unlit is not supported: unlit materials are lit like all others".to_owned()
-            }
-            _ => format!("the extension {} is not supported and ignored", shown(extension)),
-        });
+        warnings.once(format!("the extension {} is not supported and ignored", shown(extension)));
     }
     let mut warn = |used: bool, text: &str| {
         if used {

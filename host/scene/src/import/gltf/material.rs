@@ -4,9 +4,10 @@ use super::super::images::Curve;
 use super::super::source_location::{SourceLocation, shown};
 use super::super::warnings::Warnings;
 use super::json::{self, MetallicRoughness, Primitive, TextureInfo};
+use super::layers;
 use super::texture;
 use super::{Document, Output};
-use crate::description::{self, Alpha, Material, TextureUse};
+use crate::description::{self, Alpha, Lambertian, Material, TextureUse};
 use crate::error::SceneError;
 use crate::import::ModelOptions;
 use crate::values::MAX_MAGNITUDE;
@@ -35,7 +36,7 @@ pub struct Known {
     pub index: usize,
     /// Sets of texture coordinates that the textures use, first and second.
     pub sets: [Option<u32>; 2],
-    /// True if it has a normal map.
+    /// True if it needs the tangents of its mesh.
     pub is_mapped: bool,
 }
 
@@ -105,7 +106,7 @@ impl Materials {
             None => (plain("default"), [None; 2]),
             Some(index) => read(document, output, index, user)?,
         };
-        let is_mapped = material.normal_texture.is_some();
+        let is_mapped = material.needs_tangents();
         output.description.materials.push(material);
         let known = Known { index: output.description.materials.len() - 1, sets, is_mapped };
         self.known.insert(index, known);
@@ -139,29 +140,7 @@ fn read(
     let site = document.site(format!("materials[{index}]"));
     let name = source.name.as_deref().map_or_else(|| site.place.clone(), shown);
 
-    // Sets of texture coordinates, in order of precedence.
-    let mut sets = [None; 2];
-    let mut others = 0;
-    let mut texture = |output: &mut Output,
-                       info: Option<&TextureInfo>,
-                       curve: Curve,
-                       place: &str|
-     -> Result<Option<TextureUse>, SceneError> {
-        let Some(info) = info else { return Ok(None) };
-        let read = texture::read(document, output, info, curve, &site.member(place))?;
-        Ok(read.map(|(mut texture, set)| {
-            match sets {
-                [None, _] => sets[0] = Some(set),
-                [Some(first), _] if first == set => {}
-                [_, None] => sets[1] = Some(set),
-                [_, Some(second)] if second == set => {}
-                _ => others += 1,
-            }
-            texture.second_uvs = sets[1] == Some(set);
-            texture
-        }))
-    };
-
+    let mut slots = Slots { document, site: &site, sets: [None; 2], others: 0 };
     let defaults = MetallicRoughness::default();
     let pbr = source.pbr_metallic_roughness.as_deref().unwrap_or(&defaults);
     let [base, emissive, rough, transmitted, normal] = [
@@ -171,9 +150,9 @@ fn read(
         "extensions.KHR_materials_transmission.transmissionTexture",
         "normalTexture",
     ];
-    let base_color_texture = texture(output, pbr.base_color_texture.as_deref(), Curve::Srgb, base)?;
+    let base_color_texture = slots.texture(output, pbr.base_color_texture.as_deref(), Curve::Srgb, base)?;
     let metallic_roughness_texture =
-        texture(output, pbr.metallic_roughness_texture.as_deref(), Curve::Linear, rough)?;
+        slots.texture(output, pbr.metallic_roughness_texture.as_deref(), Curve::Linear, rough)?;
 
     let extensions = source.extensions.as_deref();
     let strength = extensions.and_then(|extensions| extensions.emissive_strength.as_ref());
@@ -187,21 +166,29 @@ fn read(
     let emission_texture = if emission == DVec3::ZERO {
         None // without emission, its texture has no effect
     } else {
-        texture(output, source.emissive_texture.as_deref(), Curve::Srgb, emissive)?
+        slots.texture(output, source.emissive_texture.as_deref(), Curve::Srgb, emissive)?
     };
     let transmission = extensions.and_then(|extensions| extensions.transmission.as_ref());
     let transmission_texture = match transmission {
         Some(extension) if extension.transmission_factor > 0.0 => {
-            texture(output, extension.transmission_texture.as_deref(), Curve::Linear, transmitted)?
+            slots.texture(output, extension.transmission_texture.as_deref(), Curve::Linear, transmitted)?
         }
         _ => None,
     };
 
+    let layers = match extensions {
+        Some(extensions) => Some(layers::read(&mut slots, output, source, extensions)?),
+        None => None,
+    };
+    let glossy = match extensions.and_then(|extensions| extensions.specular_glossiness.as_ref()) {
+        Some(extension) => Some(layers::glossy(&mut slots, output, extension)?),
+        None => None,
+    };
     let map = source.normal_texture.as_deref();
-    let normal_texture = texture(output, map.map(|map| &map.info), Curve::Linear, normal)?;
+    let normal_texture = slots.texture(output, map.map(|map| &map.info), Curve::Linear, normal)?;
     output.warnings.tally(
         "textures beyond a material's first two sets of texture coordinates, read with the first",
-        others,
+        slots.others,
         &site.place,
     );
     let normal_scale = map.map_or(1.0, |map| map.scale);
@@ -237,13 +224,15 @@ fn read(
     };
     let ior = extensions.and_then(|extensions| extensions.ior.as_ref()).map(|extension| extension.ior);
     let ior = match ior {
+        // The specification's value for a boundary that reflects what the specular colour says.
+        Some(0.0) if extensions.is_some_and(|extensions| extensions.specular.is_some()) => 0.0,
         Some(ior) if !IOR.contains(&ior) => {
             warnings.tally("indices of refraction outside 1 to 1000, taken as 1.5", 1, &site.place);
             json::glass()
         }
         ior => ior.unwrap_or(json::glass()),
     };
-    let surface = description::MetallicRoughness {
+    let mut surface = description::MetallicRoughness {
         base_color: factor.truncate(),
         texture: base_color_texture,
         metallic,
@@ -252,23 +241,81 @@ fn read(
         ior,
         transmission,
         transmission_texture,
+        layers: layers.unwrap_or_default(),
     };
-    let material = Material {
+    let mut opacity = factor.w;
+    if let Some(old) = glossy {
+        opacity = old.opacity;
+        surface = old.surface;
+    }
+    let mut material = Material {
         name,
         surface: surface.into(),
         emission,
         emission_texture,
         emits_both_sides: source.double_sided,
-        opacity: factor.w,
+        opacity,
         alpha,
         normal_texture,
         normal_scale,
+        is_unlit: false,
     };
-    Ok((material, sets))
+    if extensions.is_some_and(|extensions| extensions.unlit.is_some()) {
+        unlit(&mut material);
+    }
+    Ok((material, slots.sets))
+}
+
+/// Makes a material show its base colour whatever the light. It emits to both sides and reflects
+/// nothing.
+fn unlit(material: &mut Material) {
+    let description::Surface::MetallicRoughness(surface) = &material.surface else { return };
+    material.emission = surface.base_color;
+    material.emission_texture = surface.texture.clone();
+    // Its alpha still multiplies the opacity.
+    material.surface = Lambertian { albedo: DVec3::ZERO, texture: surface.texture.clone() }.into();
+    (material.emits_both_sides, material.is_unlit) = (true, true);
+    material.normal_texture = None;
+}
+
+/// Reader of a material's textures, which may use two sets of texture coordinates.
+pub(super) struct Slots<'a> {
+    pub document: &'a Document<'a>,
+    /// Place of the material.
+    pub site: &'a SourceLocation<'a>,
+    /// Sets in order of precedence.
+    sets: [Option<u32>; 2],
+    /// Number of textures of further sets.
+    others: u64,
+}
+
+impl Slots<'_> {
+    /// Reads the texture at `place` of the material; `None` if there is none.
+    pub fn texture(
+        &mut self,
+        output: &mut Output,
+        info: Option<&TextureInfo>,
+        curve: Curve,
+        place: &str,
+    ) -> Result<Option<TextureUse>, SceneError> {
+        let Some(info) = info else { return Ok(None) };
+        let read = texture::read(self.document, output, info, curve, &self.site.member(place))?;
+        Ok(read.map(|(mut texture, set)| {
+            match self.sets {
+                [None, _] => self.sets[0] = Some(set),
+                [Some(first), _] if first == set => {}
+                [_, None] => self.sets[1] = Some(set),
+                [_, Some(second)] if second == set => {}
+                _ => self.others += 1,
+            }
+            texture.second_uvs = self.sets[1] == Some(set);
+            texture
+        }))
+    }
 }
 
 /// Clamps factors to 0 to 1, with a warning if one changes.
-fn share(factors: DVec4, site: &SourceLocation, warnings: &mut Warnings) -> DVec4 {
+pub(super) fn share(factors: DVec4, site: &SourceLocation, warnings: &mut Warnings) -> DVec4 {
     let clamped = factors.clamp(DVec4::ZERO, DVec4::ONE);
     let changed = u64::from(clamped != factors);
     warnings.tally("material factors outside 0 to 1, clamped", changed, &site.place);

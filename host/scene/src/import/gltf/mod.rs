@@ -12,6 +12,7 @@ mod draco;
 mod features;
 mod instancing;
 mod json;
+mod layers;
 mod light;
 mod material;
 mod meshopt;
@@ -45,8 +46,9 @@ use json::Root;
 ///   (EXT_mesh_gpu_instancing) and visibility (KHR_node_visibility)
 /// * skins, morph targets and animations, at a time
 /// * perspective cameras and KHR_lights_punctual
-/// * the metallic-roughness material with KHR_materials_emissive_strength, KHR_materials_ior and
-///   KHR_materials_transmission, in variants (KHR_materials_variants)
+/// * the metallic-roughness material with KHR_materials_anisotropy, clearcoat, diffuse_transmission,
+///   dispersion, emissive_strength, ior, iridescence, sheen, specular, transmission, unlit and
+///   volume, and pbrSpecularGlossiness; in variants (KHR_materials_variants)
 /// * PNG, JPEG, WebP (EXT_texture_webp) and KTX2 textures (KHR_texture_basisu) with samplers and
 ///   KHR_texture_transform
 /// * geometry compressed by EXT_meshopt_compression, KHR_meshopt_compression and

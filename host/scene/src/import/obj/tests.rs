@@ -96,7 +96,7 @@ fn mtl_materials() {
     assert_eq!((light.emission, light.emits_both_sides), (DVec3::new(4.0, 5.0, 6.0), true));
     assert_eq!((&glass.surface, glass.alpha), (&Dielectric { ior: 1.33 }.into(), Alpha::Opaque));
     assert_eq!(tinted.surface, Dielectric { ior: 1.2 }.into());
-    let Surface::Conductor(Conductor { fresnel, roughness }) = mirror.surface else { panic!() };
+    let Surface::Conductor(Conductor { fresnel, roughness, .. }) = mirror.surface else { panic!() };
     assert!((roughness - 0.5f64.sqrt()).abs() < 1e-12);
     assert_eq!(fresnel, ConductorFresnel::Schlick { reflectance: DVec3::new(0.9, 0.8, 0.7) });
     let Surface::MetallicRoughness(pbr) = &pbr.surface else { panic!() };

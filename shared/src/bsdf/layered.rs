@@ -1,0 +1,261 @@
+//! glTF's material with its extensions: from outside in a coat, a sheen, a boundary that may be
+//! anisotropic, iridescent and coloured, and below it a diffuse, diffusely passing or clear base.
+//!
+//! Each layer weakens what is below it by the greater of its albedos from both directions, so that
+//! the whole is reciprocal and reflects no more light than arrives.
+
+use super::boundary::{Boundary, dielectric_f0};
+use super::coat::Coat;
+use super::microfacets::{Facet, FacetEval, LostLight, MicrofacetLobe, Proposal, cosine_direction};
+use super::{Bsdf, BsdfEval, sheen, thin_film};
+use crate::fresnel;
+use crate::layers::SOLID;
+use crate::math::{max, max_component, min, normalize, sqrt, unit_f32, unit_sphere};
+use crate::microfacet_albedo::{mean_schlick, returned_share};
+use crate::rng::Words;
+use core::f32::consts::FRAC_1_PI;
+use glam::Vec3;
+
+pub(super) struct Layered;
+
+impl MicrofacetLobe for Layered {
+    #[inline(always)]
+    fn refracts(bsdf: &Bsdf) -> bool {
+        bsdf.layers.flags & SOLID != 0
+    }
+
+    #[inline(always)]
+    fn diffuseness(bsdf: &Bsdf) -> f32 {
+        let m = &bsdf.material;
+        let base = (1.0 - m.metallic) * (1.0 - m.transmission);
+        base + (1.0 - base) * (bsdf.alpha * bsdf.alpha)
+    }
+
+    /// All lobes have a width.
+    #[inline(always)]
+    fn has_non_delta_lobe(_: &Bsdf) -> bool {
+        true
+    }
+
+    #[inline(always)]
+    fn scatter(bsdf: &Bsdf, facet: &Facet, random: Words) -> Proposal {
+        let mut proposal = Proposal::new(facet.mirrored, false);
+        let lobes = Lobes::of(bsdf);
+        let choice = unit_f32(random.z);
+        let (to_facet, to_cosine) = (lobes.coat + lobes.facet, lobes.coat + lobes.facet + lobes.cosine);
+        if choice < lobes.coat {
+            proposal.direction = Coat::of(bsdf).sample(random);
+        } else if choice < to_facet {
+            let reflected = (choice - lobes.coat) < lobes.reflected(bsdf, facet.cos) * lobes.facet;
+            if !reflected {
+                proposal.transmitted = true;
+                if Self::refracts(bsdf) {
+                    let eta = bsdf.eta();
+                    let cos2 = max(fresnel::refracted_cos2(facet.cos, eta), 0.0);
+                    proposal.direction =
+                        facet.normal * (eta * facet.cos - sqrt(cos2)) - bsdf.local_viewer * eta;
+                } else {
+                    proposal.direction.z = -proposal.direction.z;
+                }
+            }
+        } else if choice < to_cosine || lobes.below <= 0.0 {
+            proposal.direction = cosine_direction(random);
+            if bsdf.is_mapped {
+                // By the cosine, too.
+                proposal.direction = normalize(bsdf.local_mapped + unit_sphere(random.x, random.y));
+            }
+        } else {
+            proposal.direction = cosine_direction(random);
+            proposal.direction.z = -proposal.direction.z;
+            proposal.transmitted = true;
+        }
+        proposal
+    }
+
+    #[inline(always)]
+    fn evaluate(bsdf: &Bsdf, i: Vec3, facets: &FacetEval) -> BsdfEval {
+        let (m, layers, o) = (&bsdf.material, &bsdf.layers, bsdf.local_viewer);
+        let lobes = Lobes::of(bsdf);
+        let coat = Coat::of(bsdf);
+        // Cosines of the diffuse base, which has the normal of a normal map.
+        let (mut cos, mut viewer_cos) = (i.z.abs(), o.z);
+        if bsdf.is_mapped {
+            cos = max(if facets.reflected { i.dot(bsdf.local_mapped) } else { cos }, 0.0);
+            viewer_cos = max(o.dot(bsdf.local_mapped), 1e-6);
+        }
+        let Specular { dielectric, metal } = Specular::at(bsdf, facets.clamped_cos());
+        let share = lobes.reflected(bsdf, facets.clamped_cos());
+        let (f0, f90) = specular_ends(bsdf);
+        let boundary = Boundary::new(greatest_f0(bsdf, f0), f90, m.roughness, &lobes.lost);
+        let base =
+            (1.0 - m.metallic) * (1.0 - m.transmission) * boundary.passed(viewer_cos, cos) * cos * FRAC_1_PI;
+        let sheen_color = max_component(layers.sheen_color);
+        let cover = 1.0
+            - sheen_color
+                * max(
+                    sheen::albedo(o.z, layers.sheen_roughness),
+                    sheen::albedo(i.z.abs(), layers.sheen_roughness),
+                );
+        // A narrow lobe is weakened by the greater albedo, which both are in the mirrored direction.
+        let above = Vec3::new(i.x, i.y, i.z.abs());
+        let uncoated = 1.0 - max(coat.albedo_from(o), coat.albedo_from(above));
+        let wide = coat.passed(o, above);
+        let clear = m.albedo * ((1.0 - m.metallic) * m.transmission);
+        if !facets.reflected {
+            let mut value = clear * (Vec3::ONE - dielectric) * bsdf.dispersed * (facets.value * uncoated);
+            let mut pdf = lobes.facet * (1.0 - share) * facets.pdf;
+            if !Self::refracts(bsdf) {
+                value += clear * ((1.0 - boundary.again) * lobes.lost.returned(bsdf, -i.z) * wide);
+            }
+            value += layers.diffuse_transmission_color * (layers.diffuse_transmission * base * wide);
+            pdf -= lobes.below * i.z * FRAC_1_PI;
+            if bsdf.is_mapped {
+                pdf += lobes.cosine * max(i.dot(bsdf.local_mapped), 0.0) * FRAC_1_PI;
+            }
+            return BsdfEval { value: value * cover, pdf };
+        }
+        let again = returned_share(mean_schlick(f0, Vec3::splat(f90)), lobes.lost.mean) * (1.0 - m.metallic)
+            + returned_share(mean_schlick(m.albedo, Vec3::ONE), lobes.lost.mean) * m.metallic;
+        let mut diffuse = m.albedo * ((1.0 - layers.diffuse_transmission) * base);
+        if bsdf.is_mapped {
+            diffuse *= bsdf.bump_shadowing(i);
+        }
+        let specular = dielectric * (1.0 - m.metallic) + metal * m.metallic;
+        let narrow = specular * (facets.value * uncoated);
+        let mut below = (narrow + (again * lobes.lost.returned(bsdf, i.z) + diffuse) * wide) * cover;
+        if sheen_color > 0.0 {
+            below += layers.sheen_color
+                * (sheen::value(o.z, i.z, sheen::half_cosine(o, i), layers.sheen_roughness) * wide);
+        }
+        let coated = coat.evaluate(bsdf, i);
+        BsdfEval {
+            value: below + coated.value,
+            pdf: lobes.coat * coated.pdf + lobes.facet * share * facets.pdf + lobes.cosine * cos * FRAC_1_PI,
+        }
+    }
+}
+
+/// Returns the reflectance of the dielectric part at normal incidence, by channel, and at grazing
+/// incidence.
+#[inline(always)]
+fn specular_ends(bsdf: &Bsdf) -> (Vec3, f32) {
+    let layers = &bsdf.layers;
+    let f0 = layers.specular_color * dielectric_f0(&bsdf.material);
+    (f0.min(Vec3::ONE) * layers.specular, layers.specular)
+}
+
+/// Returns the reflectance at normal incidence that bounds what the boundary reflects: that of the
+/// channel which is reflected most, and with a thin film the greatest of three angles.
+#[inline(always)]
+fn greatest_f0(bsdf: &Bsdf, f0: Vec3) -> f32 {
+    let plain = max_component(f0);
+    if bsdf.layers.film <= 0.0 {
+        return plain;
+    }
+    let at = max_component(Specular::at(bsdf, 1.0).dielectric);
+    let at = max(at, max_component(Specular::at(bsdf, 0.8).dielectric));
+    // A margin for the angles between them.
+    min(max(plain, max(at, max_component(Specular::at(bsdf, 0.6).dielectric))) + 0.01, 1.0)
+}
+
+/// Reflectances at a facet.
+#[derive(Clone, Copy, Debug)]
+struct Specular {
+    dielectric: Vec3,
+    metal: Vec3,
+}
+
+impl Specular {
+    /// Returns the reflectances at incident cosine `cos`. A clear solid has those of Fresnel's
+    /// equations, which know total reflection; all others Schlick's approximation.
+    #[inline(always)]
+    fn at(bsdf: &Bsdf, cos: f32) -> Self {
+        let (m, layers) = (&bsdf.material, &bsdf.layers);
+        let (f0, f90) = specular_ends(bsdf);
+        let x = max(1.0 - cos, 0.0);
+        let x2 = x * x;
+        let mut dielectric = f0 + (Vec3::splat(f90) - f0) * (x2 * x2 * x);
+        let mut metal = fresnel::schlick_from(m.albedo, cos);
+        if layers.film > 0.0 {
+            let (ior, thickness) = (layers.film_ior, layers.film_thickness);
+            dielectric += (thin_film::reflectance(cos, ior, thickness, f0) * f90 - dielectric) * layers.film;
+            metal += (thin_film::reflectance(cos, ior, thickness, m.albedo) - metal) * layers.film;
+        }
+        if layers.flags & SOLID != 0 && m.transmission > 0.0 {
+            let cos2 = fresnel::refracted_cos2(cos, bsdf.eta());
+            let exact = if cos2 > 0.0 { fresnel::dielectric(cos, sqrt(cos2), bsdf.eta()) } else { 1.0 };
+            let tint = layers.specular_color.min(Vec3::ONE) * layers.specular;
+            let clear = if cos2 > 0.0 { tint * exact } else { Vec3::ONE };
+            dielectric += (clear - dielectric) * m.transmission;
+        }
+        Self { dielectric, metal }
+    }
+}
+
+/// Probability of sampling each lobe, and what they have in common.
+#[derive(Clone, Copy, Debug)]
+struct Lobes {
+    coat: f32,
+    /// Reflection and transmission by the facet that is met.
+    facet: f32,
+    /// Directions by the cosine: of the diffuse base, of multiple scattering and of the sheen.
+    cosine: f32,
+    /// Directions by the cosine on the other side.
+    below: f32,
+    /// Share of light that passes the clear base.
+    clear: f32,
+    lost: LostLight,
+}
+
+impl Lobes {
+    #[inline(always)]
+    fn of(bsdf: &Bsdf) -> Self {
+        let (m, layers, o) = (&bsdf.material, &bsdf.layers, bsdf.local_viewer);
+        let lost = LostLight::of(bsdf);
+        let at = Specular::at(bsdf, o.z);
+        let f = max_component(at.dielectric * (1.0 - m.metallic) + at.metal * m.metallic);
+        let again = f * f * lost.viewer;
+        let entered = (1.0 - m.metallic) * max(1.0 - max_component(at.dielectric), 0.0);
+        let clear = entered * m.transmission * max_component(m.albedo);
+        let base = entered * (1.0 - m.transmission);
+        let passed = base * layers.diffuse_transmission;
+        let diffuse = (base - passed) * max_component(m.albedo);
+        let through = passed * max_component(layers.diffuse_transmission_color);
+        let scattered = if Self::is_thin(bsdf) { clear * lost.viewer } else { 0.0 };
+        let coat = Coat::of(bsdf).albedo_from(o);
+        let sheen = max_component(layers.sheen_color) * sheen::albedo(o.z, layers.sheen_roughness);
+        let rest = (1.0 - coat) * (1.0 - sheen);
+        let facet = rest * (f - again + clear - scattered);
+        let cosine = rest * (again + diffuse) + (1.0 - coat) * sheen;
+        let below = rest * (through + scattered);
+        let sum = coat + facet + cosine + below;
+        let scale = if sum > 0.0 { 1.0 / sum } else { 0.0 };
+        Self {
+            coat: coat * scale,
+            facet: facet * scale,
+            cosine: cosine * scale,
+            below: below * scale,
+            clear: (1.0 - m.metallic) * m.transmission * max_component(m.albedo),
+            lost,
+        }
+    }
+
+    #[inline(always)]
+    fn is_thin(bsdf: &Bsdf) -> bool {
+        bsdf.layers.flags & SOLID == 0
+    }
+
+    /// Returns the probability that a facet that is met at cosine `cos` reflects.
+    #[inline(always)]
+    fn reflected(&self, bsdf: &Bsdf, cos: f32) -> f32 {
+        if self.clear <= 0.0 {
+            return 1.0;
+        }
+        let at = Specular::at(bsdf, cos);
+        let metallic = bsdf.material.metallic;
+        let f = max_component(at.dielectric * (1.0 - metallic) + at.metal * metallic);
+        let passed = self.clear * max(1.0 - max_component(at.dielectric), 0.0);
+        let sum = f + passed;
+        if sum > 0.0 { min(f * (1.0 / sum), 1.0) } else { 1.0 }
+    }
+}

@@ -1,0 +1,118 @@
+//! Layered materials: absorption, dispersion and unlit surfaces against known answers, and light
+//! that is sampled against light that is found; on every backend.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "this is how a test fails")]
+
+use glam::DVec3;
+use trisect::film::Film;
+use trisect::render::Settings;
+use trisect::scene::Scene;
+use trisect_tests::renders::{cpu, differing, film};
+use trisect_tests::{BackendUnderTest, for_each_backend};
+
+/// Returns a scene that a far camera looks at along -z, before a sky of radiance 1.
+fn scene(materials: &str, objects: &str) -> Scene {
+    let text = format!(
+        "Scene(version: 1, image: (width: 8, height: 8, samples: 64, depth: 12),
+        camera: (look_from: (0, 0, 20), look_at: (0, 0, 0), vertical_fov: 0.1),
+        sky: Gradient(bottom: (1, 1, 1), top: (1, 1, 1)),
+        materials: {{ {materials} }}, objects: [ {objects} ])"
+    );
+    Scene::parse(&text, "test").unwrap()
+}
+
+fn mean(film: &Film) -> DVec3 {
+    let sum: DVec3 = film.pixels.iter().map(|pixel| DVec3::from(pixel.mean())).sum();
+    sum / film.pixels.len() as f64
+}
+
+fn render(subject: BackendUnderTest, scene: &Scene) -> Option<DVec3> {
+    let film = film(&mut subject.renderer(scene)?, &Settings::of(scene));
+    assert_eq!(film.counts().rejected, 0);
+    Some(mean(&film))
+}
+
+/// Light through a block of index 1 is weakened by Beer and Lambert's law: to the attenuation's
+/// colour after its distance. So is that of what is inside.
+fn solids_absorb_by_distance(subject: BackendUnderTest) {
+    let color = DVec3::new(0.3, 0.8, 0.5);
+    let glass = "MetallicRoughness(metallic: 0, roughness: 0, ior: 1, transmission: 1, layers: (volume: \
+                 (attenuation_color: (0.3, 0.8, 0.5), attenuation_distance: 0.8)))";
+    let block = r#"Box(min: (-1, -1, -1), max: (1, 1, 1), material: "glass")"#;
+    let lamp = r#"Quad(corner: (-0.5, -0.5, 0.25), u: (1, 0, 0), v: (0, 1, 0), material: "lamp")"#;
+    let lamp_material = r#""lamp": Emissive(radiance: (1, 1, 1))"#;
+    for (objects, distance) in [(block.to_owned(), 2.0), (format!("{block}, {lamp}"), 0.75)] {
+        let scene = scene(&format!(r#""glass": {glass}, {lamp_material}"#), &objects);
+        let Some(found) = render(subject, &scene) else { return };
+        let want = DVec3::from_array(color.to_array().map(|c| c.powf(distance / 0.8)));
+        // The boundary reflects 2.5e-7, and bends light by 1e-3 of its angle with the facets.
+        assert!((found - want).abs().max_element() < 2e-3, "{distance}: {found} for {want}");
+        // Negative control: half of the distance.
+        assert!((found - want.powf(0.5)).abs().max_element() > 0.05);
+    }
+}
+
+/// Glass that disperses adds and loses no light, but for single scattering by its facets.
+fn dispersion_keeps_light(subject: BackendUnderTest) {
+    let prism = r#""prism": MetallicRoughness(metallic: 0, roughness: 0.03, transmission: 1, ior: 1.6,
+        layers: (volume: (), dispersion: 10))"#;
+    let mut scene = scene(prism, r#"Sphere(center: (0, 0, 0), radius: 1, material: "prism")"#);
+    (scene.camera.vertical_fov, scene.image.samples, scene.image.depth) = (0.09, 128, 40);
+    let Some(found) = render(subject, &scene) else { return };
+    // 5 sigma of the mean of 8,192 samples from 0 to 3, of which a third is bright.
+    let noise = 5.0 * 2f64.sqrt() / 90.0;
+    assert!((found - DVec3::ONE).abs().max_element() < noise, "{found}");
+}
+
+/// An unlit surface shows its colour, without light and with too much of it.
+fn unlit_surfaces_show_their_colour(subject: BackendUnderTest) {
+    let model = r#"{"asset":{"version":"2.0"},"extensionsUsed":["KHR_materials_unlit"],"scene":0,"scenes":[{"nodes":[0]}],
+        "nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]}],
+        "materials":[{"pbrMetallicRoughness":{"baseColorFactor":[0.25,0.5,1,1]},"extensions":{"KHR_materials_unlit":{}}}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],
+        "bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,"uri":
+        "data:;base64,AAAgwQAAIMEAAAAAAAAgQQAAIMEAAAAAAAAAAAAAIEEAAAAA"}]}"#;
+    let read = |light: f32| {
+        let options = trisect::scene::import::ModelOptions::default();
+        let none = &mut trisect::scene::import::NoFiles;
+        let model =
+            trisect::scene::import::gltf::parse(model.as_bytes(), "unlit.gltf", &options, none).unwrap();
+        let mut scene = Scene::from_model(model, "unlit.gltf").unwrap();
+        scene.sky.bottom = glam::Vec3::splat(light);
+        scene.sky.top = scene.sky.bottom;
+        scene.camera.look_from = DVec3::new(0.0, 0.0, 20.0);
+        scene.camera.look_at = DVec3::ZERO;
+        (scene.camera.vertical_fov, scene.image.width, scene.image.height) = (0.1, 8, 8);
+        scene.image.samples = 4;
+        scene
+    };
+    for light in [0.0, 1.0, 1e6] {
+        let Some(found) = render(subject, &read(light)) else { return };
+        assert_eq!(found, DVec3::new(0.25, 0.5, 1.0), "{light}");
+    }
+}
+
+/// Light that is sampled and light that is found have the same mean on all layers: the pdfs of the
+/// lobes are those of their samples. Every backend shows the CPU's image.
+fn sampling_agrees_with_light(subject: BackendUnderTest) {
+    let scene = Scene::load(&trisect_tests::root().join("scenes/layers.ron")).unwrap();
+    let settings = Settings { width: 16, height: 9, samples: 256, depth: 4, ..Settings::of(&scene) };
+    let Some(mut renderer) = subject.renderer(&scene) else { return };
+    let with = film(&mut renderer, &settings);
+    let without = film(&mut renderer, &Settings { light_sampling: false, samples: 1024, ..settings.clone() });
+    let (with, without) = (mean(&with), mean(&without));
+    // The noise of light that is found, as the spread of seeds shows it, is 0.7 %.
+    let apart = ((with - without) / without).abs().max_element();
+    assert!(apart < 0.025, "{with} {without}");
+    if matches!(subject, BackendUnderTest::Cpu | BackendUnderTest::Cuda) {
+        let few = Settings { samples: 4, ..settings };
+        let (got, want) = (film(&mut renderer, &few), film(&mut cpu(&scene), &few));
+        assert_eq!(differing(&got, &want), 0);
+    }
+}
+
+for_each_backend! {
+    solids_absorb_by_distance,
+    dispersion_keeps_light,
+    unlit_surfaces_show_their_colour,
+    sampling_agrees_with_light,
+}
