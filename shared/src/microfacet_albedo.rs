@@ -44,13 +44,13 @@ pub fn mean_lost_share(roughness: f32) -> f32 {
 
 const MEAN: [f32; 7] = [8.338e-4, -0.045_799, 0.449_084, -1.555_76, 6.561_2, -7.405_59, 2.584_72];
 
-/// Returns the part of the light between two directions that multiple scattering by facets of full
-/// reflectance adds, times the cosine `cos_i` (Kulla and Conty, "Revisiting Physically Based
-/// Shading at Imageworks", 2017). `lost_o` and `lost_i` are the [`lost_share`] of the directions,
-/// `mean` its mean.
+/// Returns the factor of the [lost shares](lost_share) of two directions by which multiple
+/// scattering by facets of full reflectance sends light from one to the other, per steradian (Kulla
+/// and Conty, "Revisiting Physically Based Shading at Imageworks", 2017). `mean` is the mean lost
+/// share.
 #[inline(always)]
-pub fn scattered_again(lost_o: f32, lost_i: f32, mean: f32, cos_i: f32) -> f32 {
-    lost_o * lost_i * (FRAC_1_PI / mean) * cos_i
+pub fn scattered_again(mean: f32) -> f32 {
+    FRAC_1_PI * (1.0 / mean)
 }
 
 /// Returns the part of the [lost light](lost_share) that comes out again by multiple scattering, if
@@ -59,7 +59,10 @@ pub fn scattered_again(lost_o: f32, lost_i: f32, mean: f32, cos_i: f32) -> f32 {
 pub fn returned_share(mean_reflectance: Vec3, mean_lost: f32) -> Vec3 {
     let f = mean_reflectance;
     let again = Vec3::ONE - f * mean_lost;
-    f * f * (1.0 - mean_lost) * Vec3::new(1.0 / again.x, 1.0 / again.y, 1.0 / again.z)
+    // One division for all channels, each at least 0.4.
+    let (xy, scale) = (again.x * again.y, 1.0 - mean_lost);
+    let inverse = scale * (1.0 / (xy * again.z));
+    f * f * (Vec3::new(again.y * again.z, again.x * again.z, xy) * inverse)
 }
 
 /// Returns the mean over the hemisphere, weighted by the cosine, of Schlick's reflectance from that
@@ -78,41 +81,73 @@ pub fn mean_schlick(normal: Vec3, grazing: Vec3) -> Vec3 {
 /// surfaces at grazing angles. The error is a margin, so that no more than all light is reflected.
 #[inline(always)]
 pub fn grazing_share(cos: f32, roughness: f32) -> f32 {
+    grazing_share_of(cos, &GrazingTerms::of(roughness))
+}
+
+/// Returns what [`grazing_share`] does, for a roughness whose terms are known.
+#[inline(always)]
+pub fn grazing_share_of(cos: f32, terms: &GrazingTerms) -> f32 {
     let x = max(1.0 - cos, 0.0);
-    let (x2, c) = (x * x, coefficients(roughness));
+    let (x2, c) = (x * x, terms.coefficients());
     let x4 = x2 * x2;
     let x8 = x4 * x4;
     let fit = c.0 * x2 + c.1 * (x4 * x) + c.2 * (x8 * x) + c.3 * (x8 * x4 * x2);
-    min(max(fit + MARGIN + SMOOTH_MARGIN * smoothness(roughness) * x, 0.0), 1.0)
+    min(max(fit + MARGIN + SMOOTH_MARGIN * terms.q * x, 0.0), 1.0)
 }
 
 /// Returns the mean of [`grazing_share`] over the hemisphere, weighted by the cosine.
 #[inline(always)]
 pub fn mean_grazing_share(roughness: f32) -> f32 {
-    let c = coefficients(roughness);
+    mean_grazing_share_of(&GrazingTerms::of(roughness))
+}
+
+/// Returns what [`mean_grazing_share`] does, for a roughness whose terms are known.
+#[inline(always)]
+pub fn mean_grazing_share_of(terms: &GrazingTerms) -> f32 {
+    let c = terms.coefficients();
     let fit = c.0 * (1.0 / 6.0) + c.1 * (1.0 / 21.0) + c.2 * (1.0 / 55.0) + c.3 * (1.0 / 120.0);
-    fit + MARGIN + SMOOTH_MARGIN * smoothness(roughness) * (1.0 / 3.0)
+    fit + MARGIN + SMOOTH_MARGIN * terms.q * (1.0 / 3.0)
 }
 
 const MARGIN: f32 = 0.008_5;
 const SMOOTH_MARGIN: f32 = 0.04;
 
-#[inline(always)]
-fn smoothness(roughness: f32) -> f32 {
-    1.0 / (1.0 + 100.0 * roughness * roughness)
+/// Terms of [`grazing_share`] that depend on the roughness alone.
+#[derive(Clone, Copy, Debug)]
+pub struct GrazingTerms {
+    roughness: f32,
+    p: f32,
+    q: f32,
 }
 
-/// Returns the coefficients of (1 - cos) to the powers 2, 5, 9 and 14.
-#[inline(always)]
-fn coefficients(roughness: f32) -> (f32, f32, f32, f32) {
-    let r = roughness;
-    let (p, q) = (1.0 / (1.0 + 10.0 * r * r), smoothness(r));
-    (
-        0.668_81 - 0.612_83 * r - 1.094_1 * p + 0.846_46 * q,
-        -2.317_3 + 1.968_2 * r + 6.024_5 * p - 4.929_2 * q,
-        2.062_1 - 1.754_1 * r - 5.710_8 * p + 7.384_8 * q,
-        -0.498_95 + 0.438_06 * r + 1.701_3 * p - 3.196_8 * q,
-    )
+impl GrazingTerms {
+    /// Stands for no terms.
+    pub const NONE: Self = Self { roughness: 0.0, p: 0.0, q: 0.0 };
+
+    /// Returns the terms of a roughness.
+    #[inline(always)]
+    pub fn of(roughness: f32) -> Self {
+        let r = roughness;
+        Self { roughness, p: 1.0 / (1.0 + 10.0 * r * r), q: 1.0 / (1.0 + 100.0 * r * r) }
+    }
+
+    /// Returns the roughness.
+    #[inline(always)]
+    pub fn roughness(&self) -> f32 {
+        self.roughness
+    }
+
+    /// Returns the coefficients of (1 - cos) to the powers 2, 5, 9 and 14.
+    #[inline(always)]
+    fn coefficients(&self) -> (f32, f32, f32, f32) {
+        let Self { roughness: r, p, q } = *self;
+        (
+            0.668_81 - 0.612_83 * r - 1.094_1 * p + 0.846_46 * q,
+            -2.317_3 + 1.968_2 * r + 6.024_5 * p - 4.929_2 * q,
+            2.062_1 - 1.754_1 * r - 5.710_8 * p + 7.384_8 * q,
+            -0.498_95 + 0.438_06 * r + 1.701_3 * p - 3.196_8 * q,
+        )
+    }
 }
 
 #[cfg(test)]

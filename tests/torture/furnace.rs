@@ -35,12 +35,34 @@ const LOSSLESS: [&str; 4] = [
 ];
 
 /// Each material that loses light, with the share that it keeps at normal incidence where that is
-/// known: GGX with Smith's G (see `scenes/furnace.ron`).
-const LOSSY: [(&str, Option<f64>); 9] = [
+/// known: GGX with Smith's G, or with multiple scattering what the fit of its albedo leaves (see
+/// `scenes/furnace.ron`).
+const LOSSY: [(&str, Option<f64>); 13] = [
     ("Metal(albedo: (1, 1, 1), fuzz: 0.3)", None),
-    ("Conductor(fresnel: Schlick(reflectance: (1, 1, 1)), roughness: 0.1)", Some(0.9999)),
-    ("Conductor(fresnel: Schlick(reflectance: (1, 1, 1)), roughness: 0.5)", Some(0.9158)),
-    ("Conductor(fresnel: Schlick(reflectance: (1, 1, 1)), roughness: 1)", Some(1.0 - std::f64::consts::LN_2)),
+    (
+        "Conductor(fresnel: Schlick(reflectance: (1, 1, 1)), roughness: 0.1, multiple_scattering: false)",
+        Some(0.9999),
+    ),
+    (
+        "Conductor(fresnel: Schlick(reflectance: (1, 1, 1)), roughness: 0.5, multiple_scattering: false)",
+        Some(0.9158),
+    ),
+    (
+        "Conductor(fresnel: Schlick(reflectance: (1, 1, 1)), roughness: 1, multiple_scattering: false)",
+        Some(1.0 - std::f64::consts::LN_2),
+    ),
+    ("Conductor(fresnel: Schlick(reflectance: (1, 1, 1)), roughness: 0.5)", Some(0.994)),
+    ("Conductor(fresnel: Schlick(reflectance: (1, 1, 1)), roughness: 1)", Some(0.994)),
+    (
+        "MetallicRoughness(base_color: (1, 1, 1), metallic: 1, roughness: 0.5, \
+         layers: (coat: (strength: 1, roughness: 0.3)))",
+        None,
+    ),
+    (
+        "MetallicRoughness(base_color: (1, 1, 1), metallic: 0, roughness: 0.8, \
+         layers: (sheen: (color: (1, 1, 1), roughness: 0.4)))",
+        None,
+    ),
     ("RoughDielectric(ior: 1.5, roughness: 0.1)", None),
     ("RoughDielectric(ior: 1.5, roughness: 0.5)", None),
     ("MetallicRoughness(base_color: (1, 1, 1), metallic: 0, roughness: 0.3, ior: 1.5)", None),

@@ -1,9 +1,10 @@
 //! Rough boundary of a dielectric over a base: what it reflects, and what it lets pass.
 
-use super::microfacets::LostLight;
 use crate::material::Material;
 use crate::math::min;
-use crate::microfacet_albedo::{grazing_share, lost_share, mean_grazing_share, mean_schlick, returned_share};
+use crate::microfacet_albedo::{
+    GrazingTerms, grazing_share_of, lost_share, mean_grazing_share_of, mean_schlick, returned_share,
+};
 use glam::Vec3;
 
 /// Rough boundary: all light that it reflects, by single and multiple scattering.
@@ -13,7 +14,7 @@ pub(super) struct Boundary {
     f0: f32,
     /// Reflectance at grazing incidence.
     f90: f32,
-    roughness: f32,
+    terms: GrazingTerms,
     /// Part of the lost light that comes out again.
     pub again: f32,
     /// Mean of the albedo over all directions, at most 0.99.
@@ -21,29 +22,48 @@ pub(super) struct Boundary {
 }
 
 impl Boundary {
-    /// Creates the boundary with these reflectances at normal and at grazing incidence.
+    /// Stands for no boundary.
+    pub const NONE: Self = Self { f0: 0.0, f90: 0.0, terms: GrazingTerms::NONE, again: 0.0, mean: 0.0 };
+
+    /// Creates the boundary with these reflectances at normal and at grazing incidence, whose
+    /// facets lose `mean_lost` of all light.
     #[inline(always)]
-    pub fn new(f0: f32, f90: f32, roughness: f32, lost: &LostLight) -> Self {
-        let again = returned_share(mean_schlick(Vec3::splat(f0), Vec3::splat(f90)), lost.mean).x;
-        let mean = f0 * (1.0 - lost.mean) + (f90 - f0) * mean_grazing_share(roughness) + lost.mean * again;
-        Self { f0, f90, roughness, again, mean: min(mean, 0.99) }
+    pub fn new(f0: f32, f90: f32, roughness: f32, mean_lost: f32) -> Self {
+        let terms = GrazingTerms::of(roughness);
+        let again = returned_share(mean_schlick(Vec3::splat(f0), Vec3::splat(f90)), mean_lost).x;
+        let at_once = f0 * (1.0 - mean_lost) + (f90 - f0) * mean_grazing_share_of(&terms);
+        Self { f0, f90, terms, again, mean: min(at_once + mean_lost * again, 0.99) }
+    }
+
+    /// Returns the albedo from cosine `cos`, at most 1; `lost` is the share of light from there
+    /// that the facets lose.
+    #[inline(always)]
+    pub fn albedo_of(&self, cos: f32, lost: f32) -> f32 {
+        let at_once = self.f0 * (1.0 - lost) + (self.f90 - self.f0) * grazing_share_of(cos, &self.terms);
+        min(at_once + lost * self.again, 1.0)
     }
 
     /// Returns the albedo from cosine `cos`, at most 1.
     #[inline(always)]
     pub fn albedo(&self, cos: f32) -> f32 {
-        let lost = lost_share(cos, self.roughness);
-        let at_once = self.f0 * (1.0 - lost) + (self.f90 - self.f0) * grazing_share(cos, self.roughness);
-        min(at_once + lost * self.again, 1.0)
+        self.albedo_of(cos, lost_share(cos, self.terms.roughness()))
     }
 
-    /// Returns the part of the light between directions with these cosines that a white diffuse
-    /// base under the boundary scatters: light that the boundary lets in and out again, normalised
-    /// so that the base returns all that enters (the form of Ashikhmin and Shirley, 2000, with this
-    /// boundary's albedo). It is reciprocal, and with the boundary's part not above 1.
+    /// Returns the part of the light from cosine `cos` that enters, in the measure of [`Self::left`]:
+    /// the product is the part of the light between two directions that a white diffuse base under
+    /// the boundary scatters. It is normalised so that the base returns all that enters (the form of
+    /// Ashikhmin and Shirley, 2000, with this boundary's albedo); it is reciprocal, and with the
+    /// boundary's part not above 1.
     #[inline(always)]
-    pub fn passed(&self, cos_in: f32, cos_out: f32) -> f32 {
-        (1.0 - self.albedo(cos_in)) * (1.0 - self.albedo(cos_out)) * (1.0 / (1.0 - self.mean))
+    pub fn entered(&self, cos: f32) -> f32 {
+        (1.0 - self.albedo(cos)) * (1.0 / (1.0 - self.mean))
+    }
+
+    /// Returns the part of the light to cosine `cos` that leaves; `lost` is that of
+    /// [`Self::albedo_of`].
+    #[inline(always)]
+    pub fn left(&self, cos: f32, lost: f32) -> f32 {
+        1.0 - self.albedo_of(cos, lost)
     }
 }
 

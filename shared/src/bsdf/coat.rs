@@ -2,7 +2,6 @@
 //! with facets and a normal of its own.
 
 use super::boundary::Boundary;
-use super::microfacets::LostLight;
 use super::{Bsdf, BsdfEval, ZERO_EVAL, reflect};
 use crate::math::{basis, max, min, sqrt};
 use crate::microfacet::{MIN_ROUGH_ALPHA, distribution, facing_area, sample_visible_normal};
@@ -13,63 +12,79 @@ use glam::Vec3;
 /// Reflectance at normal incidence.
 const F0: f32 = 0.04;
 
+/// A coat, as the viewer sees it. (Vectors begin rows of 16 bytes: naga lays records out so.)
+#[repr(C, align(16))]
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Coat {
-    strength: f32,
-    alpha: f32,
     /// Unit normal in the shading frame: that of the surface without its normal map.
     normal: Vec3,
-    viewer: Vec3,
+    strength: f32,
+    alpha: f32,
+    /// Albedo from the viewer, times the strength.
+    pub from_viewer: f32,
+    /// 1 over the light that passes on average.
+    inverse: f32,
     boundary: Boundary,
 }
 
 impl Coat {
+    /// Stands for no coat.
+    pub const NONE: Self = Self {
+        strength: 0.0,
+        alpha: 1.0,
+        normal: Vec3::Z,
+        from_viewer: 0.0,
+        inverse: 1.0,
+        boundary: Boundary::NONE,
+    };
+
     /// Returns the coat of a BSDF.
     #[inline(always)]
     pub fn of(bsdf: &Bsdf) -> Self {
         let (layers, roughness) = (&bsdf.layers, bsdf.layers.coat_roughness);
-        let lost = LostLight { viewer: 0.0, mean: mean_lost_share(roughness) };
-        Self {
-            strength: layers.coat,
-            alpha: max(roughness * roughness, MIN_ROUGH_ALPHA),
-            normal: if bsdf.is_mapped { bsdf.local_smooth } else { Vec3::Z },
-            viewer: bsdf.local_viewer,
-            boundary: Boundary::new(F0, 1.0, roughness, &lost),
+        let mut coat = Self::NONE;
+        if layers.coat > 0.0 {
+            coat.strength = layers.coat;
+            coat.alpha = max(roughness * roughness, MIN_ROUGH_ALPHA);
+            coat.normal = if bsdf.is_mapped { bsdf.local_smooth } else { Vec3::Z };
+            coat.boundary = Boundary::new(F0, 1.0, roughness, mean_lost_share(roughness));
+            coat.inverse = 1.0 / (1.0 - coat.strength * coat.boundary.mean);
+            coat.from_viewer = coat.albedo_from(bsdf.local_viewer);
         }
+        coat
     }
 
     /// Returns the albedo from a direction of the shading frame, times the strength.
     #[inline(always)]
-    pub fn albedo_from(&self, direction: Vec3) -> f32 {
-        if self.strength <= 0.0 {
-            return 0.0;
-        }
+    fn albedo_from(&self, direction: Vec3) -> f32 {
         self.strength * self.boundary.albedo(min(max(direction.dot(self.normal), 1e-6), 1.0))
     }
 
-    /// Returns the part of the light between two directions of the shading frame that passes the
-    /// coat to a wide lobe below it and out again, as [`Boundary::passed`] does.
+    /// Returns the parts of the light between the viewer and the direction `i` of the shading frame
+    /// that pass the coat to a narrow lobe below it and out again, and to a wide one.
     #[inline(always)]
-    pub fn passed(&self, o: Vec3, i: Vec3) -> f32 {
-        (1.0 - self.albedo_from(o))
-            * (1.0 - self.albedo_from(i))
-            * (1.0 / (1.0 - self.strength * self.boundary.mean))
+    pub fn passed(&self, i: Vec3) -> (f32, f32) {
+        if self.strength <= 0.0 {
+            return (1.0, 1.0);
+        }
+        let albedo = self.albedo_from(i);
+        (1.0 - max(self.from_viewer, albedo), (1.0 - self.from_viewer) * (1.0 - albedo) * self.inverse)
     }
 
     /// Samples a reflected direction of the shading frame.
     #[inline(always)]
-    pub fn sample(&self, random: Words) -> Vec3 {
-        let (x, y) = basis(self.normal);
-        let v = Vec3::new(self.viewer.dot(x), self.viewer.dot(y), max(self.viewer.dot(self.normal), 1e-6));
+    pub fn sample(&self, bsdf: &Bsdf, random: Words) -> Vec3 {
+        let ((x, y), o) = (basis(self.normal), bsdf.local_viewer);
+        let v = Vec3::new(o.dot(x), o.dot(y), max(o.dot(self.normal), 1e-6));
         let h = sample_visible_normal(v, self.alpha, random.x, random.y);
-        reflect(self.viewer, x * h.x + y * h.y + self.normal * h.z)
+        reflect(o, x * h.x + y * h.y + self.normal * h.z)
     }
 
     /// Returns value and pdf for the direction `i` of the shading frame, above the surface. Light
     /// that facets send to others is lost: at most 0.025 of all light.
     #[inline(always)]
     pub fn evaluate(&self, bsdf: &Bsdf, i: Vec3) -> BsdfEval {
-        let (o, height) = (max(self.viewer.dot(self.normal), 1e-6), i.dot(self.normal));
+        let (o, height) = (max(bsdf.local_viewer.dot(self.normal), 1e-6), i.dot(self.normal));
         let sum = bsdf.local_viewer + i;
         let length2 = sum.dot(sum);
         if self.strength <= 0.0 || height <= 0.0 || length2 <= 0.0 {

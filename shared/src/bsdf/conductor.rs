@@ -1,11 +1,13 @@
 //! Rough metal: a complex index of refraction, or a reflectance at normal incidence.
 
-use super::microfacets::{Facet, FacetEval, LostLight, MicrofacetLobe, Proposal, cosine_direction};
+use super::microfacets::{
+    Facet, FacetEval, MicrofacetLobe, Prepared, Proposal, cosine_direction, lost_from_viewer,
+};
 use super::{Bsdf, BsdfEval, ZERO_EVAL};
 use crate::fresnel;
 use crate::material::{COMPLEX_IOR, Material};
 use crate::math::{max_component, unit_f32};
-use crate::microfacet_albedo::{mean_schlick, returned_share};
+use crate::microfacet_albedo::{lost_share, mean_lost_share, mean_schlick, returned_share, scattered_again};
 use crate::rng::Words;
 use core::f32::consts::FRAC_1_PI;
 use glam::Vec3;
@@ -22,12 +24,30 @@ impl MicrofacetLobe for Conductor {
     }
 
     #[inline(always)]
+    fn prepare(bsdf: &Bsdf) -> Prepared {
+        let (material, lost) = (&bsdf.material, lost_from_viewer(bsdf));
+        let mut prepared = Prepared::FACETS;
+        if lost > 0.0 {
+            let mean = mean_lost_share(material.roughness);
+            // The mean reflectance is that of Schlick's approximation.
+            let share = returned_share(mean_schlick(Self::albedo(material), Vec3::ONE), mean);
+            let again = lost * max_component(share);
+            let at_once = (1.0 - lost) * max_component(reflectance(material, bsdf.local_viewer.z));
+            let sum = again + at_once;
+            prepared.again = share * (lost * scattered_again(mean));
+            prepared.cosine = if sum > 0.0 { again * (1.0 / sum) } else { 0.0 };
+            prepared.facet = 1.0 - prepared.cosine;
+        }
+        prepared
+    }
+
+    #[inline(always)]
     fn scatter(bsdf: &Bsdf, facet: &Facet, random: Words) -> Proposal {
         let mut proposal = Proposal::new(facet.mirrored, false);
         if facet.smooth {
             proposal.is_delta = true;
             proposal.delta_weight = reflectance(&bsdf.material, facet.cos);
-        } else if unit_f32(random.z) < Again::of(bsdf).probability {
+        } else if unit_f32(random.z) < bsdf.prepared.cosine {
             proposal.direction = cosine_direction(random);
         }
         proposal
@@ -38,36 +58,12 @@ impl MicrofacetLobe for Conductor {
         if !facets.reflected {
             return ZERO_EVAL;
         }
-        let f = reflectance(&bsdf.material, facets.clamped_cos());
-        let again = Again::of(bsdf);
-        BsdfEval {
-            value: f * facets.value + again.share * again.lost.returned(bsdf, i.z),
-            pdf: facets.pdf * (1.0 - again.probability) + again.probability * i.z * FRAC_1_PI,
+        let prepared = &bsdf.prepared;
+        let mut value = reflectance(&bsdf.material, facets.clamped_cos()) * facets.value;
+        if prepared.cosine > 0.0 {
+            value += prepared.again * (lost_share(i.z, bsdf.material.roughness) * i.z);
         }
-    }
-}
-
-/// Multiple scattering by facets.
-#[derive(Clone, Copy, Debug)]
-struct Again {
-    lost: LostLight,
-    /// Part of the lost light that comes out again, by channel. The mean reflectance is that of
-    /// Schlick's approximation.
-    share: Vec3,
-    /// Probability of sampling it.
-    probability: f32,
-}
-
-impl Again {
-    #[inline(always)]
-    fn of(bsdf: &Bsdf) -> Self {
-        let (material, lost) = (&bsdf.material, LostLight::of(bsdf));
-        let share = returned_share(mean_schlick(Conductor::albedo(material), Vec3::ONE), lost.mean);
-        let again = lost.viewer * max_component(share);
-        let at_once = (1.0 - lost.viewer) * max_component(reflectance(material, bsdf.local_viewer.z));
-        let sum = again + at_once;
-        let probability = if sum > 0.0 { again * (1.0 / sum) } else { 0.0 };
-        Self { lost, share, probability }
+        BsdfEval { value, pdf: facets.pdf * prepared.facet + prepared.cosine * i.z * FRAC_1_PI }
     }
 }
 

@@ -6,12 +6,12 @@
 
 use super::boundary::{Boundary, dielectric_f0};
 use super::coat::Coat;
-use super::microfacets::{Facet, FacetEval, LostLight, MicrofacetLobe, Proposal, cosine_direction};
+use super::microfacets::{Facet, FacetEval, MicrofacetLobe, Proposal, cosine_direction, lost_from_viewer};
 use super::{Bsdf, BsdfEval, sheen, thin_film};
 use crate::fresnel;
 use crate::layers::SOLID;
 use crate::math::{max, max_component, min, normalize, sqrt, unit_f32, unit_sphere};
-use crate::microfacet_albedo::{mean_schlick, returned_share};
+use crate::microfacet_albedo::{lost_share, mean_lost_share, mean_schlick, returned_share, scattered_again};
 use crate::rng::Words;
 use core::f32::consts::FRAC_1_PI;
 use glam::Vec3;
@@ -40,11 +40,11 @@ impl MicrofacetLobe for Layered {
     #[inline(always)]
     fn scatter(bsdf: &Bsdf, facet: &Facet, random: Words) -> Proposal {
         let mut proposal = Proposal::new(facet.mirrored, false);
-        let lobes = Lobes::of(bsdf);
+        let lobes = &bsdf.lobes;
         let choice = unit_f32(random.z);
         let (to_facet, to_cosine) = (lobes.coat + lobes.facet, lobes.coat + lobes.facet + lobes.cosine);
         if choice < lobes.coat {
-            proposal.direction = Coat::of(bsdf).sample(random);
+            proposal.direction = lobes.over.sample(bsdf, random);
         } else if choice < to_facet {
             let reflected = (choice - lobes.coat) < lobes.reflected(bsdf, facet.cos) * lobes.facet;
             if !reflected {
@@ -74,60 +74,53 @@ impl MicrofacetLobe for Layered {
 
     #[inline(always)]
     fn evaluate(bsdf: &Bsdf, i: Vec3, facets: &FacetEval) -> BsdfEval {
-        let (m, layers, o) = (&bsdf.material, &bsdf.layers, bsdf.local_viewer);
-        let lobes = Lobes::of(bsdf);
-        let coat = Coat::of(bsdf);
-        // Cosines of the diffuse base, which has the normal of a normal map.
-        let (mut cos, mut viewer_cos) = (i.z.abs(), o.z);
-        if bsdf.is_mapped {
-            cos = max(if facets.reflected { i.dot(bsdf.local_mapped) } else { cos }, 0.0);
-            viewer_cos = max(o.dot(bsdf.local_mapped), 1e-6);
+        let (m, layers, lobes) = (&bsdf.material, &bsdf.layers, &bsdf.lobes);
+        let above = Vec3::new(i.x, i.y, i.z.abs());
+        let lost = lost_share(above.z, m.roughness);
+        // Cosine of the diffuse base, which has the normal of a normal map.
+        let (mut cos, mut lost_of_base) = (above.z, lost);
+        if bsdf.is_mapped && facets.reflected {
+            cos = max(i.dot(bsdf.local_mapped), 0.0);
+            lost_of_base = lost_share(cos, m.roughness);
         }
         let Specular { dielectric, metal } = Specular::at(bsdf, facets.clamped_cos());
-        let share = lobes.reflected(bsdf, facets.clamped_cos());
-        let (f0, f90) = specular_ends(bsdf);
-        let boundary = Boundary::new(greatest_f0(bsdf, f0), f90, m.roughness, &lobes.lost);
-        let base =
-            (1.0 - m.metallic) * (1.0 - m.transmission) * boundary.passed(viewer_cos, cos) * cos * FRAC_1_PI;
+        let specular = dielectric * (1.0 - m.metallic) + metal * m.metallic;
+        let share = lobes.reflected_of(dielectric, specular);
+        let base = lobes.entered * lobes.boundary.left(cos, lost_of_base) * cos;
         let sheen_color = max_component(layers.sheen_color);
-        let cover = 1.0
-            - sheen_color
-                * max(
-                    sheen::albedo(o.z, layers.sheen_roughness),
-                    sheen::albedo(i.z.abs(), layers.sheen_roughness),
-                );
-        // A narrow lobe is weakened by the greater albedo, which both are in the mirrored direction.
-        let above = Vec3::new(i.x, i.y, i.z.abs());
-        let uncoated = 1.0 - max(coat.albedo_from(o), coat.albedo_from(above));
-        let wide = coat.passed(o, above);
+        let mut cover = 1.0;
+        if sheen_color > 0.0 {
+            cover = min(lobes.cover, 1.0 - sheen_color * sheen::albedo(above.z, layers.sheen_roughness));
+        }
+        // A narrow lobe is weakened by the coat's greater albedo, which both are in the mirrored
+        // direction; a wide one as the base is by its boundary.
+        let (uncoated, wide) = lobes.over.passed(above);
         let clear = m.albedo * ((1.0 - m.metallic) * m.transmission);
         if !facets.reflected {
             let mut value = clear * (Vec3::ONE - dielectric) * bsdf.dispersed * (facets.value * uncoated);
             let mut pdf = lobes.facet * (1.0 - share) * facets.pdf;
             if !Self::refracts(bsdf) {
-                value += clear * ((1.0 - boundary.again) * lobes.lost.returned(bsdf, -i.z) * wide);
+                value += clear * ((1.0 - lobes.boundary.again) * lobes.scale * lost * above.z * wide);
             }
             value += layers.diffuse_transmission_color * (layers.diffuse_transmission * base * wide);
-            pdf -= lobes.below * i.z * FRAC_1_PI;
+            pdf += lobes.below * above.z * FRAC_1_PI;
             if bsdf.is_mapped {
                 pdf += lobes.cosine * max(i.dot(bsdf.local_mapped), 0.0) * FRAC_1_PI;
             }
             return BsdfEval { value: value * cover, pdf };
         }
-        let again = returned_share(mean_schlick(f0, Vec3::splat(f90)), lobes.lost.mean) * (1.0 - m.metallic)
-            + returned_share(mean_schlick(m.albedo, Vec3::ONE), lobes.lost.mean) * m.metallic;
         let mut diffuse = m.albedo * ((1.0 - layers.diffuse_transmission) * base);
         if bsdf.is_mapped {
             diffuse *= bsdf.bump_shadowing(i);
         }
-        let specular = dielectric * (1.0 - m.metallic) + metal * m.metallic;
         let narrow = specular * (facets.value * uncoated);
-        let mut below = (narrow + (again * lobes.lost.returned(bsdf, i.z) + diffuse) * wide) * cover;
+        let mut below = (narrow + (lobes.again * (lost * i.z) + diffuse) * wide) * cover;
         if sheen_color > 0.0 {
-            below += layers.sheen_color
-                * (sheen::value(o.z, i.z, sheen::half_cosine(o, i), layers.sheen_roughness) * wide);
+            let half = sheen::half_cosine(bsdf.local_viewer, i);
+            let value = sheen::value(bsdf.local_viewer.z, i.z, half, layers.sheen_roughness);
+            below += layers.sheen_color * (value * wide);
         }
-        let coated = coat.evaluate(bsdf, i);
+        let coated = lobes.over.evaluate(bsdf, i);
         BsdfEval {
             value: below + coated.value,
             pdf: lobes.coat * coated.pdf + lobes.facet * share * facets.pdf + lobes.cosine * cos * FRAC_1_PI,
@@ -193,8 +186,12 @@ impl Specular {
 }
 
 /// Probability of sampling each lobe, and what they have in common.
+/// (Vectors begin rows of 16 bytes: naga lays records out so.)
+#[repr(C, align(16))]
 #[derive(Clone, Copy, Debug)]
-struct Lobes {
+pub(super) struct LayeredLobes {
+    /// [`scale`](Self::scale) times the part of lost light that comes out, by channel.
+    again: Vec3,
     coat: f32,
     /// Reflection and transmission by the facet that is met.
     facet: f32,
@@ -204,45 +201,79 @@ struct Lobes {
     below: f32,
     /// Share of light that passes the clear base.
     clear: f32,
-    lost: LostLight,
+    /// Factor of lost light that comes out again, per steradian.
+    scale: f32,
+    /// Light that enters the base, per steradian.
+    entered: f32,
+    /// Light that the sheen leaves from the viewer.
+    cover: f32,
+    over: Coat,
+    boundary: Boundary,
 }
 
-impl Lobes {
+impl LayeredLobes {
+    /// Of a material that is not layered.
+    pub const NONE: Self = Self {
+        coat: 0.0,
+        facet: 0.0,
+        cosine: 0.0,
+        below: 0.0,
+        clear: 0.0,
+        scale: 0.0,
+        again: Vec3::ZERO,
+        entered: 0.0,
+        cover: 1.0,
+        over: Coat::NONE,
+        boundary: Boundary::NONE,
+    };
+
+    /// Returns what the lobes of a BSDF have in common.
     #[inline(always)]
-    fn of(bsdf: &Bsdf) -> Self {
+    pub fn of(bsdf: &Bsdf) -> Self {
         let (m, layers, o) = (&bsdf.material, &bsdf.layers, bsdf.local_viewer);
-        let lost = LostLight::of(bsdf);
+        let (lost, mean) = (lost_from_viewer(bsdf), mean_lost_share(m.roughness));
         let at = Specular::at(bsdf, o.z);
         let f = max_component(at.dielectric * (1.0 - m.metallic) + at.metal * m.metallic);
-        let again = f * f * lost.viewer;
+        let again = f * f * lost;
         let entered = (1.0 - m.metallic) * max(1.0 - max_component(at.dielectric), 0.0);
         let clear = entered * m.transmission * max_component(m.albedo);
         let base = entered * (1.0 - m.transmission);
         let passed = base * layers.diffuse_transmission;
         let diffuse = (base - passed) * max_component(m.albedo);
         let through = passed * max_component(layers.diffuse_transmission_color);
-        let scattered = if Self::is_thin(bsdf) { clear * lost.viewer } else { 0.0 };
-        let coat = Coat::of(bsdf).albedo_from(o);
-        let sheen = max_component(layers.sheen_color) * sheen::albedo(o.z, layers.sheen_roughness);
+        let scattered = if layers.flags & SOLID == 0 { clear * lost } else { 0.0 };
+        let over = Coat::of(bsdf);
+        let coat = over.from_viewer;
+        let sheen_color = max_component(layers.sheen_color);
+        let sheen =
+            if sheen_color > 0.0 { sheen_color * sheen::albedo(o.z, layers.sheen_roughness) } else { 0.0 };
         let rest = (1.0 - coat) * (1.0 - sheen);
         let facet = rest * (f - again + clear - scattered);
         let cosine = rest * (again + diffuse) + (1.0 - coat) * sheen;
         let below = rest * (through + scattered);
         let sum = coat + facet + cosine + below;
-        let scale = if sum > 0.0 { 1.0 / sum } else { 0.0 };
-        Self {
-            coat: coat * scale,
-            facet: facet * scale,
-            cosine: cosine * scale,
-            below: below * scale,
-            clear: (1.0 - m.metallic) * m.transmission * max_component(m.albedo),
-            lost,
+        let chosen = if sum > 0.0 { 1.0 / sum } else { 0.0 };
+        let (f0, f90) = specular_ends(bsdf);
+        let boundary = Boundary::new(greatest_f0(bsdf, f0), f90, m.roughness, mean);
+        let mut share = returned_share(mean_schlick(f0, Vec3::splat(f90)), mean) * (1.0 - m.metallic);
+        if m.metallic > 0.0 {
+            share += returned_share(mean_schlick(m.albedo, Vec3::ONE), mean) * m.metallic;
         }
-    }
-
-    #[inline(always)]
-    fn is_thin(bsdf: &Bsdf) -> bool {
-        bsdf.layers.flags & SOLID == 0
+        let scale = lost * scattered_again(mean);
+        let viewer_cos = if bsdf.is_mapped { max(o.dot(bsdf.local_mapped), 1e-6) } else { o.z };
+        Self {
+            coat: coat * chosen,
+            facet: facet * chosen,
+            cosine: cosine * chosen,
+            below: below * chosen,
+            clear: (1.0 - m.metallic) * m.transmission * max_component(m.albedo),
+            scale,
+            again: share * scale,
+            entered: (1.0 - m.metallic) * (1.0 - m.transmission) * boundary.entered(viewer_cos) * FRAC_1_PI,
+            cover: 1.0 - sheen,
+            over,
+            boundary,
+        }
     }
 
     /// Returns the probability that a facet that is met at cosine `cos` reflects.
@@ -251,11 +282,15 @@ impl Lobes {
         if self.clear <= 0.0 {
             return 1.0;
         }
-        let at = Specular::at(bsdf, cos);
-        let metallic = bsdf.material.metallic;
-        let f = max_component(at.dielectric * (1.0 - metallic) + at.metal * metallic);
-        let passed = self.clear * max(1.0 - max_component(at.dielectric), 0.0);
-        let sum = f + passed;
-        if sum > 0.0 { min(f * (1.0 / sum), 1.0) } else { 1.0 }
+        let (at, metallic) = (Specular::at(bsdf, cos), bsdf.material.metallic);
+        self.reflected_of(at.dielectric, at.dielectric * (1.0 - metallic) + at.metal * metallic)
+    }
+
+    /// Returns the same from the reflectances of the dielectric part and of the whole.
+    #[inline(always)]
+    fn reflected_of(&self, dielectric: Vec3, specular: Vec3) -> f32 {
+        let f = max_component(specular);
+        let sum = f + self.clear * max(1.0 - max_component(dielectric), 0.0);
+        if self.clear > 0.0 && sum > 0.0 { min(f * (1.0 / sum), 1.0) } else { 1.0 }
     }
 }

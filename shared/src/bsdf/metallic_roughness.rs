@@ -1,13 +1,15 @@
 //! glTF's material: a mix of a metal and a dielectric over a diffuse or clear base.
 
 use super::boundary::{Boundary, dielectric_f0};
-use super::microfacets::{Facet, FacetEval, LostLight, MicrofacetLobe, Proposal, cosine_direction};
+use super::microfacets::{
+    Facet, FacetEval, MicrofacetLobe, Prepared, Proposal, cosine_direction, lost_from_viewer,
+};
 use super::{Bsdf, BsdfEval};
 use crate::fresnel;
 use crate::material::Material;
 use crate::math::{max, max_component, normalize, unit_f32, unit_sphere};
 use crate::microfacet::MIN_ROUGH_ALPHA;
-use crate::microfacet_albedo::{mean_schlick, returned_share};
+use crate::microfacet_albedo::{lost_share, mean_lost_share, mean_schlick, returned_share, scattered_again};
 use crate::rng::Words;
 use core::f32::consts::FRAC_1_PI;
 use glam::Vec3;
@@ -28,14 +30,49 @@ impl MicrofacetLobe for MetallicRoughness {
     }
 
     #[inline(always)]
+    fn prepare(bsdf: &Bsdf) -> Prepared {
+        let m = &bsdf.material;
+        let (lost, mean) = (lost_from_viewer(bsdf), mean_lost_share(m.roughness));
+        let boundary = Boundary::new(dielectric_f0(m), 1.0, m.roughness, mean);
+        let f = max_component(reflectance(m, bsdf.local_viewer.z));
+        let rest = (1.0 - m.metallic) * (1.0 - f) * max_component(m.albedo);
+        // Light that facets lose comes out by the cosine, if they reflect much.
+        let again = f * f * lost;
+        let (facet, cosine) = (f - again, rest * (1.0 - m.transmission) + again);
+        let clear = rest * m.transmission;
+        let sum = facet + cosine + clear;
+        let chosen = if sum > 0.0 { 1.0 / sum } else { 0.0 };
+        let mut share = Vec3::splat(boundary.again * (1.0 - m.metallic));
+        if m.metallic > 0.0 {
+            share += returned_share(mean_schlick(m.albedo, Vec3::ONE), mean) * m.metallic;
+        }
+        let scale = lost * scattered_again(mean);
+        let viewer_cos = if bsdf.is_mapped {
+            max(bsdf.local_viewer.dot(bsdf.local_mapped), 1e-6)
+        } else {
+            bsdf.local_viewer.z
+        };
+        Prepared {
+            again: share * scale,
+            lost,
+            scale,
+            facet: facet * chosen,
+            cosine: cosine * chosen,
+            transmission: clear * chosen,
+            entered: (1.0 - m.metallic) * (1.0 - m.transmission) * boundary.entered(viewer_cos) * FRAC_1_PI,
+            boundary,
+        }
+    }
+
+    #[inline(always)]
     fn scatter(bsdf: &Bsdf, facet: &Facet, random: Words) -> Proposal {
         let mut proposal = Proposal::new(facet.mirrored, false);
-        let choice = unit_f32(random.z);
-        let probabilities = lobe_probabilities(bsdf);
-        let mirror = choice < probabilities.specular;
+        let (choice, prepared) = (unit_f32(random.z), &bsdf.prepared);
+        let mirror = choice < prepared.facet;
         if !mirror {
+            let rest = choice - prepared.facet - prepared.cosine;
             // Rounding may leave a number above both sums even where nothing is transmitted.
-            if choice < probabilities.specular + probabilities.diffuse || probabilities.transmission <= 0.0 {
+            if rest < 0.0 || prepared.transmission <= 0.0 {
                 proposal.direction = cosine_direction(random);
                 if bsdf.is_mapped {
                     // By the cosine, too.
@@ -44,8 +81,7 @@ impl MicrofacetLobe for MetallicRoughness {
             } else {
                 // A thin wall: light that enters leaves mirrored, or by the cosine if facets sent it
                 // to others.
-                let rest = choice - probabilities.specular - probabilities.diffuse;
-                if rest < LostLight::of(bsdf).viewer * probabilities.transmission {
+                if rest < prepared.lost * prepared.transmission {
                     proposal.direction = cosine_direction(random);
                 }
                 proposal.direction.z = -proposal.direction.z;
@@ -58,9 +94,9 @@ impl MicrofacetLobe for MetallicRoughness {
             let f = reflectance(&bsdf.material, facet.cos);
             proposal.is_delta = true;
             proposal.delta_weight = if mirror {
-                f * (1.0 / probabilities.specular)
+                f * (1.0 / prepared.facet)
             } else {
-                thin_wall_transmittance(&bsdf.material, f) * (1.0 / probabilities.transmission)
+                thin_wall_transmittance(&bsdf.material, f) * (1.0 / prepared.transmission)
             };
         }
         proposal
@@ -68,64 +104,35 @@ impl MicrofacetLobe for MetallicRoughness {
 
     #[inline(always)]
     fn evaluate(bsdf: &Bsdf, i: Vec3, facets: &FacetEval) -> BsdfEval {
-        let m = &bsdf.material;
+        let (m, prepared) = (&bsdf.material, &bsdf.prepared);
         let f = reflectance(m, facets.clamped_cos());
-        let probabilities = lobe_probabilities(bsdf);
-        // Cosines of the diffuse base, which has the normal of a normal map.
-        let (mut cos, mut viewer_cos) = (i.z, bsdf.local_viewer.z);
+        let lost = lost_share(i.z.abs(), m.roughness);
+        // Cosine of the diffuse base, which has the normal of a normal map.
+        let (mut cos, mut lost_of_base) = (i.z, lost);
         if bsdf.is_mapped {
             cos = max(i.dot(bsdf.local_mapped), 0.0);
-            viewer_cos = max(bsdf.local_viewer.dot(bsdf.local_mapped), 1e-6);
+            lost_of_base = lost_share(cos, m.roughness);
         }
-        // Light that facets send to others, and that comes out again.
-        let lost = LostLight::of(bsdf);
-        let boundary = Boundary::new(dielectric_f0(m), 1.0, m.roughness, &lost);
         if !facets.reflected {
-            let pdf = facets.pdf * (1.0 - lost.viewer) - lost.viewer * i.z * FRAC_1_PI;
-            let mut pdf = pdf * probabilities.transmission;
+            let pdf = facets.pdf * (1.0 - prepared.lost) - prepared.lost * i.z * FRAC_1_PI;
+            let mut pdf = pdf * prepared.transmission;
             if bsdf.is_mapped {
-                pdf += probabilities.diffuse * cos * FRAC_1_PI;
+                pdf += prepared.cosine * cos * FRAC_1_PI;
             }
-            let passed = (1.0 - boundary.again) * lost.returned(bsdf, -i.z);
+            let passed = (1.0 - prepared.boundary.again) * prepared.scale * lost * -i.z;
             let again = thin_wall_transmittance(m, Vec3::ZERO) * passed;
             return BsdfEval { value: thin_wall_transmittance(m, f) * facets.value + again, pdf };
         }
-        let metal = returned_share(mean_schlick(m.albedo, Vec3::ONE), lost.mean);
-        let share = metal * m.metallic + Vec3::splat(boundary.again * (1.0 - m.metallic));
-        let again = share * lost.returned(bsdf, i.z);
-        let base = boundary.passed(viewer_cos, cos);
-        let mut diffuse = m.albedo * ((1.0 - m.metallic) * (1.0 - m.transmission) * base * cos * FRAC_1_PI);
+        let again = prepared.again * (lost * i.z);
+        let mut diffuse = m.albedo * (prepared.entered * prepared.boundary.left(cos, lost_of_base) * cos);
         if bsdf.is_mapped {
             diffuse *= bsdf.bump_shadowing(i);
         }
         BsdfEval {
             value: f * facets.value + diffuse + again,
-            pdf: facets.pdf * probabilities.specular + probabilities.diffuse * cos * FRAC_1_PI,
+            pdf: facets.pdf * prepared.facet + prepared.cosine * cos * FRAC_1_PI,
         }
     }
-}
-
-/// Probability of sampling each lobe.
-#[derive(Clone, Copy, Debug)]
-struct LobeProbabilities {
-    specular: f32,
-    /// That of directions by the cosine: of the diffuse base and of multiple scattering.
-    diffuse: f32,
-    transmission: f32,
-}
-
-#[inline(always)]
-fn lobe_probabilities(bsdf: &Bsdf) -> LobeProbabilities {
-    let m = &bsdf.material;
-    let f = max_component(reflectance(m, bsdf.local_viewer.z));
-    let rest = (1.0 - m.metallic) * (1.0 - f) * max_component(m.albedo);
-    // Light that facets lose comes out by the cosine, if they reflect much.
-    let again = f * f * LostLight::of(bsdf).viewer;
-    let (specular, diffuse, clear) =
-        (f - again, rest * (1.0 - m.transmission) + again, rest * m.transmission);
-    let sum = specular + diffuse + clear;
-    let scale = if sum > 0.0 { 1.0 / sum } else { 0.0 };
-    LobeProbabilities { specular: specular * scale, diffuse: diffuse * scale, transmission: clear * scale }
 }
 
 /// Returns the reflectance at incident cosine `cos`.

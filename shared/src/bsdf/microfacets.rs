@@ -1,7 +1,8 @@
 //! Microfacet materials (GGX): a facet of the surface is sampled among those that the viewer sees;
 //! each material says what the facet does.
 
-use super::{Bsdf, BsdfEval, BsdfSample, ZERO_EVAL, is_layered, of_microfacets, reflect};
+use super::boundary::Boundary;
+use super::{Bsdf, BsdfEval, BsdfSample, ZERO_EVAL, is_layered, of_microfacets, reflect, uses_microfacets};
 use crate::features::{FeatureSet, Features, MICROFACETS, of_material};
 use crate::material::{Material, SINGLE_SCATTERING};
 use crate::math::{max, min, sqrt, unit_circle, unit_f32};
@@ -9,7 +10,7 @@ use crate::microfacet::{
     MIN_ROUGH_ALPHA, distribution, distribution_along, facing_area, facing_area_along, sample_visible_normal,
     sample_visible_normal_along,
 };
-use crate::microfacet_albedo::{lost_share, mean_lost_share, scattered_again};
+use crate::microfacet_albedo::lost_share;
 use crate::rng::Words;
 use glam::Vec3;
 
@@ -47,6 +48,12 @@ pub(super) trait MicrofacetLobe {
         bsdf.alpha >= MIN_ROUGH_ALPHA
     }
 
+    /// Returns what its lobes have in common.
+    #[inline(always)]
+    fn prepare(_: &Bsdf) -> Prepared {
+        Prepared::FACETS
+    }
+
     /// Samples what the facet does: `random.z` chooses the lobe, `random.x` and `random.y` a
     /// direction of a lobe beside the facet's.
     fn scatter(bsdf: &Bsdf, facet: &Facet, random: Words) -> Proposal;
@@ -68,32 +75,50 @@ pub(super) struct Facet {
     pub smooth: bool,
 }
 
-/// Light that facets send to other facets, seen from the viewer. It comes out again by multiple
-/// scattering, in directions that are sampled by the cosine.
+/// What the lobes of a material have in common for all directions, as seen by the viewer. It is
+/// computed once for a vertex: a path evaluates the BSDF up to twice, and samples it. (Vectors begin
+/// rows of 16 bytes: naga lays records out so.)
+#[repr(C, align(16))]
 #[derive(Clone, Copy, Debug)]
-pub(super) struct LostLight {
-    /// Share of the light from the viewer that facets of full reflectance lose.
-    pub viewer: f32,
-    /// Mean of this share over all directions.
-    pub mean: f32,
+pub(super) struct Prepared {
+    /// Light that facets send to others and that comes out again, for a direction whose light is
+    /// all lost, per steradian (Kulla and Conty).
+    pub again: Vec3,
+    /// Share of the viewer's light that facets of full reflectance lose.
+    pub lost: f32,
+    /// Factor of [`lost_share`] for light that comes out again, per steradian.
+    pub scale: f32,
+    /// Probability of the lobe of the facet that is met.
+    pub facet: f32,
+    /// Probability of directions by the cosine.
+    pub cosine: f32,
+    /// Probability of the other side of the surface.
+    pub transmission: f32,
+    /// Light that enters the base.
+    pub entered: f32,
+    /// Boundary over the base.
+    pub boundary: Boundary,
 }
 
-impl LostLight {
-    /// Returns the light that is lost at the facets of `bsdf`: none on a plane.
-    #[inline(always)]
-    pub fn of(bsdf: &Bsdf) -> Self {
-        let roughness = bsdf.material.roughness;
-        let rough = bsdf.alpha >= MIN_ROUGH_ALPHA && bsdf.material.flags & SINGLE_SCATTERING == 0;
-        let viewer = if rough { lost_share(bsdf.local_viewer.z, roughness) } else { 0.0 };
-        Self { viewer, mean: mean_lost_share(roughness) }
-    }
+impl Prepared {
+    /// Of a material with the lobe of facets alone.
+    pub const FACETS: Self = Self {
+        again: Vec3::ZERO,
+        lost: 0.0,
+        scale: 0.0,
+        facet: 1.0,
+        cosine: 0.0,
+        transmission: 0.0,
+        entered: 0.0,
+        boundary: Boundary::NONE,
+    };
+}
 
-    /// Returns the value times the cosine of the light that comes out again in the direction of the
-    /// shading frame with cosine `cos` above 0, if all of it does.
-    #[inline(always)]
-    pub fn returned(&self, bsdf: &Bsdf, cos: f32) -> f32 {
-        scattered_again(self.viewer, lost_share(cos, bsdf.material.roughness), self.mean, cos)
-    }
+/// Returns the share of the viewer's light that the facets of `bsdf` lose: none on a plane.
+#[inline(always)]
+pub(super) fn lost_from_viewer(bsdf: &Bsdf) -> f32 {
+    let rough = bsdf.alpha >= MIN_ROUGH_ALPHA && bsdf.material.flags & SINGLE_SCATTERING == 0;
+    if rough { lost_share(bsdf.local_viewer.z, bsdf.material.roughness) } else { 0.0 }
 }
 
 /// Returns a direction of the upper hemisphere, sampled by the cosine.
@@ -138,6 +163,14 @@ pub(super) struct FacetEval {
 }
 
 impl Bsdf {
+    /// Computes what the lobes have in common.
+    #[inline(always)]
+    pub(super) fn prepare<const POSSIBLE: Features>(&mut self, features: FeatureSet<POSSIBLE>) {
+        if uses_microfacets(features, self.material.kind) {
+            self.prepared = of_microfacets!(features, self.material.kind, prepare(self));
+        }
+    }
+
     /// Samples a direction. Returns it, in world coordinates and in the shading frame, and whether
     /// [`BsdfSample::weigh`] must still weigh it.
     #[inline(always)]

@@ -24,6 +24,8 @@ mod sheen;
 mod textures;
 mod thin_film;
 
+use self::layered::LayeredLobes;
+use self::microfacets::Prepared;
 use crate::features::{BOOK, FeatureSet, Features, MICROFACETS, NEE, NORMAL_MAPS, of_material};
 use crate::layers::{MaterialLayers, SOLID};
 use crate::material::Material;
@@ -196,6 +198,10 @@ pub struct Bsdf {
     alpha_y: f32,
     /// Layers of a layered material.
     layers: MaterialLayers,
+    /// What the lobes of a layered material have in common.
+    lobes: LayeredLobes,
+    /// What its lobes have in common; only used by microfacet materials.
+    prepared: Prepared,
     /// Factor of refracted light: that of the colour for which a dispersive surface is sampled.
     dispersed: Vec3,
     /// Normal of the normal map in the shading frame, which the microfacets' normal is bent from;
@@ -242,7 +248,7 @@ impl Bsdf {
             mapped = Vec3::new(m.dot(x), m.dot(y), m.dot(normal));
             (smooth, is_mapped) = (Vec3::new(n.dot(x), n.dot(y), n.dot(normal)), true);
         }
-        Self {
+        let mut bsdf = Self {
             material,
             normal,
             x,
@@ -253,12 +259,18 @@ impl Bsdf {
             alpha_x: alpha,
             alpha_y: alpha,
             layers: MaterialLayers::NONE,
+            lobes: LayeredLobes::NONE,
+            prepared: Prepared::FACETS,
             dispersed: Vec3::ONE,
             local_mapped: mapped,
             local_smooth: smooth,
             is_mapped,
             front,
+        };
+        if !is_layered(features, material.kind) {
+            bsdf.prepare(features);
         }
+        bsdf
     }
 
     /// Returns the BSDF with the layers of its material, if that is layered, and with its frame
@@ -306,6 +318,7 @@ impl Bsdf {
             self.local_mapped = self.world_to_local(mapped);
             self.local_smooth = self.world_to_local(smooth);
         }
+        self.lobes = LayeredLobes::of(&self);
         self
     }
 
