@@ -3,7 +3,7 @@
 use crate::material::Material;
 use crate::math::min;
 use crate::microfacet_albedo::{
-    GrazingTerms, grazing_share_of, lost_share, mean_grazing_share_of, mean_schlick, returned_share,
+    GrazingTerms, grazing_share_of, mean_grazing_share_of, mean_schlick, returned_share,
 };
 use glam::Vec3;
 
@@ -35,6 +35,12 @@ impl Boundary {
         Self { f0, f90, terms, again, mean: min(at_once + mean_lost * again, 0.99) }
     }
 
+    /// Returns the roughness.
+    #[inline(always)]
+    pub fn roughness(&self) -> f32 {
+        self.terms.roughness()
+    }
+
     /// Returns the albedo from cosine `cos`, at most 1; `lost` is the share of light from there
     /// that the facets lose.
     #[inline(always)]
@@ -43,20 +49,14 @@ impl Boundary {
         min(at_once + lost * self.again, 1.0)
     }
 
-    /// Returns the albedo from cosine `cos`, at most 1.
+    /// Returns the part of the light from cosine `cos` that enters, in the measure of
+    /// [`Self::left`]: the product is the part of the light between two directions that a white
+    /// diffuse base under the boundary scatters. It is normalised so that the base returns all that
+    /// enters (the form of Ashikhmin and Shirley, 2000, with this boundary's albedo); it is
+    /// reciprocal, and with the boundary's part not above 1.
     #[inline(always)]
-    pub fn albedo(&self, cos: f32) -> f32 {
-        self.albedo_of(cos, lost_share(cos, self.terms.roughness()))
-    }
-
-    /// Returns the part of the light from cosine `cos` that enters, in the measure of [`Self::left`]:
-    /// the product is the part of the light between two directions that a white diffuse base under
-    /// the boundary scatters. It is normalised so that the base returns all that enters (the form of
-    /// Ashikhmin and Shirley, 2000, with this boundary's albedo); it is reciprocal, and with the
-    /// boundary's part not above 1.
-    #[inline(always)]
-    pub fn entered(&self, cos: f32) -> f32 {
-        (1.0 - self.albedo(cos)) * (1.0 / (1.0 - self.mean))
+    pub fn entered(&self, cos: f32, lost: f32) -> f32 {
+        (1.0 - self.albedo_of(cos, lost)) * (1.0 / (1.0 - self.mean))
     }
 
     /// Returns the part of the light to cosine `cos` that leaves; `lost` is that of

@@ -5,7 +5,7 @@ use super::boundary::Boundary;
 use super::{Bsdf, BsdfEval, ZERO_EVAL, reflect};
 use crate::math::{basis, max, min, sqrt};
 use crate::microfacet::{MIN_ROUGH_ALPHA, distribution, facing_area, sample_visible_normal};
-use crate::microfacet_albedo::mean_lost_share;
+use crate::microfacet_albedo::{lost_share, mean_lost_share};
 use crate::rng::Words;
 use glam::Vec3;
 
@@ -57,7 +57,8 @@ impl Coat {
     /// Returns the albedo from a direction of the shading frame, times the strength.
     #[inline(always)]
     fn albedo_from(&self, direction: Vec3) -> f32 {
-        self.strength * self.boundary.albedo(min(max(direction.dot(self.normal), 1e-6), 1.0))
+        let cos = min(max(direction.dot(self.normal), 1e-6), 1.0);
+        self.strength * self.boundary.albedo_of(cos, lost_share(cos, self.boundary.roughness()))
     }
 
     /// Returns the parts of the light between the viewer and the direction `i` of the shading frame

@@ -1,13 +1,11 @@
 //! Rough metal: a complex index of refraction, or a reflectance at normal incidence.
 
-use super::microfacets::{
-    Facet, FacetEval, MicrofacetLobe, Prepared, Proposal, cosine_direction, lost_from_viewer,
-};
+use super::microfacets::{Facet, FacetEval, Lost, MicrofacetLobe, Prepared, Proposal, cosine_direction};
 use super::{Bsdf, BsdfEval, ZERO_EVAL};
 use crate::fresnel;
 use crate::material::{COMPLEX_IOR, Material};
 use crate::math::{max_component, unit_f32};
-use crate::microfacet_albedo::{lost_share, mean_lost_share, mean_schlick, returned_share, scattered_again};
+use crate::microfacet_albedo::{mean_schlick, returned_share};
 use crate::rng::Words;
 use core::f32::consts::FRAC_1_PI;
 use glam::Vec3;
@@ -24,17 +22,16 @@ impl MicrofacetLobe for Conductor {
     }
 
     #[inline(always)]
-    fn prepare(bsdf: &Bsdf) -> Prepared {
-        let (material, lost) = (&bsdf.material, lost_from_viewer(bsdf));
+    fn prepare(bsdf: &Bsdf, lost: &Lost) -> Prepared {
+        let material = &bsdf.material;
         let mut prepared = Prepared::FACETS;
-        if lost > 0.0 {
-            let mean = mean_lost_share(material.roughness);
+        if lost.viewer > 0.0 {
             // The mean reflectance is that of Schlick's approximation.
-            let share = returned_share(mean_schlick(Self::albedo(material), Vec3::ONE), mean);
-            let again = lost * max_component(share);
-            let at_once = (1.0 - lost) * max_component(reflectance(material, bsdf.local_viewer.z));
+            let share = returned_share(mean_schlick(Self::albedo(material), Vec3::ONE), lost.mean);
+            let again = lost.viewer * max_component(share);
+            let at_once = (1.0 - lost.viewer) * max_component(reflectance(material, bsdf.local_viewer.z));
             let sum = again + at_once;
-            prepared.again = share * (lost * scattered_again(mean));
+            prepared.again = share * lost.scale;
             prepared.cosine = if sum > 0.0 { again * (1.0 / sum) } else { 0.0 };
             prepared.facet = 1.0 - prepared.cosine;
         }
@@ -59,10 +56,8 @@ impl MicrofacetLobe for Conductor {
             return ZERO_EVAL;
         }
         let prepared = &bsdf.prepared;
-        let mut value = reflectance(&bsdf.material, facets.clamped_cos()) * facets.value;
-        if prepared.cosine > 0.0 {
-            value += prepared.again * (lost_share(i.z, bsdf.material.roughness) * i.z);
-        }
+        let value = reflectance(&bsdf.material, facets.clamped_cos()) * facets.value
+            + prepared.again * (facets.lost * i.z);
         BsdfEval { value, pdf: facets.pdf * prepared.facet + prepared.cosine * i.z * FRAC_1_PI }
     }
 }

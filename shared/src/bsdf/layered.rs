@@ -6,12 +6,12 @@
 
 use super::boundary::{Boundary, dielectric_f0};
 use super::coat::Coat;
-use super::microfacets::{Facet, FacetEval, MicrofacetLobe, Proposal, cosine_direction, lost_from_viewer};
+use super::microfacets::{Facet, FacetEval, Lost, MicrofacetLobe, Proposal, cosine_direction};
 use super::{Bsdf, BsdfEval, sheen, thin_film};
 use crate::fresnel;
 use crate::layers::SOLID;
 use crate::math::{max, max_component, min, normalize, sqrt, unit_f32, unit_sphere};
-use crate::microfacet_albedo::{lost_share, mean_lost_share, mean_schlick, returned_share, scattered_again};
+use crate::microfacet_albedo::{lost_share, mean_schlick, returned_share};
 use crate::rng::Words;
 use core::f32::consts::FRAC_1_PI;
 use glam::Vec3;
@@ -76,7 +76,7 @@ impl MicrofacetLobe for Layered {
     fn evaluate(bsdf: &Bsdf, i: Vec3, facets: &FacetEval) -> BsdfEval {
         let (m, layers, lobes) = (&bsdf.material, &bsdf.layers, &bsdf.lobes);
         let above = Vec3::new(i.x, i.y, i.z.abs());
-        let lost = lost_share(above.z, m.roughness);
+        let lost = facets.lost;
         // Cosine of the diffuse base, which has the normal of a normal map.
         let (mut cos, mut lost_of_base) = (above.z, lost);
         if bsdf.is_mapped && facets.reflected {
@@ -231,7 +231,7 @@ impl LayeredLobes {
     #[inline(always)]
     pub fn of(bsdf: &Bsdf) -> Self {
         let (m, layers, o) = (&bsdf.material, &bsdf.layers, bsdf.local_viewer);
-        let (lost, mean) = (lost_from_viewer(bsdf), mean_lost_share(m.roughness));
+        let Lost { viewer: lost, mean, scale } = Lost::of(bsdf);
         let at = Specular::at(bsdf, o.z);
         let f = max_component(at.dielectric * (1.0 - m.metallic) + at.metal * m.metallic);
         let again = f * f * lost;
@@ -259,8 +259,12 @@ impl LayeredLobes {
         if m.metallic > 0.0 {
             share += returned_share(mean_schlick(m.albedo, Vec3::ONE), mean) * m.metallic;
         }
-        let scale = lost * scattered_again(mean);
-        let viewer_cos = if bsdf.is_mapped { max(o.dot(bsdf.local_mapped), 1e-6) } else { o.z };
+        let (mut viewer_cos, mut lost_of_base) = (o.z, lost);
+        if bsdf.is_mapped {
+            viewer_cos = max(o.dot(bsdf.local_mapped), 1e-6);
+            lost_of_base = lost_share(viewer_cos, m.roughness);
+        }
+        let entered = boundary.entered(viewer_cos, lost_of_base) * FRAC_1_PI;
         Self {
             coat: coat * chosen,
             facet: facet * chosen,
@@ -269,7 +273,7 @@ impl LayeredLobes {
             clear: (1.0 - m.metallic) * m.transmission * max_component(m.albedo),
             scale,
             again: share * scale,
-            entered: (1.0 - m.metallic) * (1.0 - m.transmission) * boundary.entered(viewer_cos) * FRAC_1_PI,
+            entered: (1.0 - m.metallic) * (1.0 - m.transmission) * entered,
             cover: 1.0 - sheen,
             over,
             boundary,

@@ -1,15 +1,13 @@
 //! glTF's material: a mix of a metal and a dielectric over a diffuse or clear base.
 
 use super::boundary::{Boundary, dielectric_f0};
-use super::microfacets::{
-    Facet, FacetEval, MicrofacetLobe, Prepared, Proposal, cosine_direction, lost_from_viewer,
-};
+use super::microfacets::{Facet, FacetEval, Lost, MicrofacetLobe, Prepared, Proposal, cosine_direction};
 use super::{Bsdf, BsdfEval};
 use crate::fresnel;
 use crate::material::Material;
 use crate::math::{max, max_component, normalize, unit_f32, unit_sphere};
 use crate::microfacet::MIN_ROUGH_ALPHA;
-use crate::microfacet_albedo::{lost_share, mean_lost_share, mean_schlick, returned_share, scattered_again};
+use crate::microfacet_albedo::{lost_share, mean_schlick, returned_share};
 use crate::rng::Words;
 use core::f32::consts::FRAC_1_PI;
 use glam::Vec3;
@@ -30,36 +28,35 @@ impl MicrofacetLobe for MetallicRoughness {
     }
 
     #[inline(always)]
-    fn prepare(bsdf: &Bsdf) -> Prepared {
+    fn prepare(bsdf: &Bsdf, lost: &Lost) -> Prepared {
         let m = &bsdf.material;
-        let (lost, mean) = (lost_from_viewer(bsdf), mean_lost_share(m.roughness));
-        let boundary = Boundary::new(dielectric_f0(m), 1.0, m.roughness, mean);
+        let boundary = Boundary::new(dielectric_f0(m), 1.0, m.roughness, lost.mean);
         let f = max_component(reflectance(m, bsdf.local_viewer.z));
         let rest = (1.0 - m.metallic) * (1.0 - f) * max_component(m.albedo);
         // Light that facets lose comes out by the cosine, if they reflect much.
-        let again = f * f * lost;
+        let again = f * f * lost.viewer;
         let (facet, cosine) = (f - again, rest * (1.0 - m.transmission) + again);
         let clear = rest * m.transmission;
         let sum = facet + cosine + clear;
         let chosen = if sum > 0.0 { 1.0 / sum } else { 0.0 };
         let mut share = Vec3::splat(boundary.again * (1.0 - m.metallic));
         if m.metallic > 0.0 {
-            share += returned_share(mean_schlick(m.albedo, Vec3::ONE), mean) * m.metallic;
+            share += returned_share(mean_schlick(m.albedo, Vec3::ONE), lost.mean) * m.metallic;
         }
-        let scale = lost * scattered_again(mean);
-        let viewer_cos = if bsdf.is_mapped {
-            max(bsdf.local_viewer.dot(bsdf.local_mapped), 1e-6)
-        } else {
-            bsdf.local_viewer.z
-        };
+        let (mut viewer_cos, mut lost_of_base) = (bsdf.local_viewer.z, lost.viewer);
+        if bsdf.is_mapped {
+            viewer_cos = max(bsdf.local_viewer.dot(bsdf.local_mapped), 1e-6);
+            lost_of_base = lost_share(viewer_cos, m.roughness);
+        }
+        let entered = boundary.entered(viewer_cos, lost_of_base) * FRAC_1_PI;
         Prepared {
-            again: share * scale,
-            lost,
-            scale,
+            again: share * lost.scale,
+            lost: lost.viewer,
+            scale: lost.scale,
             facet: facet * chosen,
             cosine: cosine * chosen,
             transmission: clear * chosen,
-            entered: (1.0 - m.metallic) * (1.0 - m.transmission) * boundary.entered(viewer_cos) * FRAC_1_PI,
+            entered: (1.0 - m.metallic) * (1.0 - m.transmission) * entered,
             boundary,
         }
     }
@@ -106,7 +103,7 @@ impl MicrofacetLobe for MetallicRoughness {
     fn evaluate(bsdf: &Bsdf, i: Vec3, facets: &FacetEval) -> BsdfEval {
         let (m, prepared) = (&bsdf.material, &bsdf.prepared);
         let f = reflectance(m, facets.clamped_cos());
-        let lost = lost_share(i.z.abs(), m.roughness);
+        let lost = facets.lost;
         // Cosine of the diffuse base, which has the normal of a normal map.
         let (mut cos, mut lost_of_base) = (i.z, lost);
         if bsdf.is_mapped {

@@ -10,7 +10,7 @@ use crate::microfacet::{
     MIN_ROUGH_ALPHA, distribution, distribution_along, facing_area, facing_area_along, sample_visible_normal,
     sample_visible_normal_along,
 };
-use crate::microfacet_albedo::lost_share;
+use crate::microfacet_albedo::{lost_share, mean_lost_share, scattered_again};
 use crate::rng::Words;
 use glam::Vec3;
 
@@ -50,7 +50,7 @@ pub(super) trait MicrofacetLobe {
 
     /// Returns what its lobes have in common.
     #[inline(always)]
-    fn prepare(_: &Bsdf) -> Prepared {
+    fn prepare(_: &Bsdf, _: &Lost) -> Prepared {
         Prepared::FACETS
     }
 
@@ -114,11 +114,27 @@ impl Prepared {
     };
 }
 
-/// Returns the share of the viewer's light that the facets of `bsdf` lose: none on a plane.
-#[inline(always)]
-pub(super) fn lost_from_viewer(bsdf: &Bsdf) -> f32 {
-    let rough = bsdf.alpha >= MIN_ROUGH_ALPHA && bsdf.material.flags & SINGLE_SCATTERING == 0;
-    if rough { lost_share(bsdf.local_viewer.z, bsdf.material.roughness) } else { 0.0 }
+/// Light that facets of full reflectance send to others.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Lost {
+    /// Share of the viewer's light; 0 on a plane.
+    pub viewer: f32,
+    /// Mean of all directions.
+    pub mean: f32,
+    /// Factor of the share of a direction for the light that comes out there, per steradian.
+    pub scale: f32,
+}
+
+impl Lost {
+    /// Returns what the facets of `bsdf` lose.
+    #[inline(always)]
+    pub fn of(bsdf: &Bsdf) -> Self {
+        let (alpha, roughness, z) = (bsdf.alpha, bsdf.material.roughness, bsdf.local_viewer.z);
+        let rough = alpha >= MIN_ROUGH_ALPHA && bsdf.material.flags & SINGLE_SCATTERING == 0;
+        let viewer = if rough { lost_share(z, roughness) } else { 0.0 };
+        let mean = mean_lost_share(roughness);
+        Self { viewer, mean, scale: viewer * scattered_again(mean) }
+    }
 }
 
 /// Returns a direction of the upper hemisphere, sampled by the cosine.
@@ -160,6 +176,8 @@ pub(super) struct FacetEval {
     pub cos: f32,
     /// True if the direction is on the viewer's side.
     pub reflected: bool,
+    /// [Lost share](lost_share) of the direction.
+    pub lost: f32,
 }
 
 impl Bsdf {
@@ -167,7 +185,9 @@ impl Bsdf {
     #[inline(always)]
     pub(super) fn prepare<const POSSIBLE: Features>(&mut self, features: FeatureSet<POSSIBLE>) {
         if uses_microfacets(features, self.material.kind) {
-            self.prepared = of_microfacets!(features, self.material.kind, prepare(self));
+            // Here, not in each material, so that a kernel has the code once.
+            let lost = Lost::of(self);
+            self.prepared = of_microfacets!(features, self.material.kind, prepare(self, &lost));
         }
     }
 
@@ -260,7 +280,8 @@ impl Bsdf {
             // Facets that both directions see: 1 of 1 + Λ(o) + Λ(i), over o.z.
             value = common * height * (1.0 / (facing_o * height + o.z * (facing_i - height)));
         }
-        let facets = FacetEval { value, pdf, cos: min(cos_o, 1.0), reflected };
+        let lost = lost_share(i.z.abs(), self.material.roughness);
+        let facets = FacetEval { value, pdf, cos: min(cos_o, 1.0), reflected, lost };
         of_microfacets!(features, kind, evaluate(self, i, &facets))
     }
 
