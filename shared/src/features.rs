@@ -84,7 +84,7 @@ pub const ATTRIBUTES: Features = 1 << (FIRST_MATERIAL + 4);
 pub const MICROFACETS: Features = 0x1f << (FIRST_MATERIAL + 5);
 
 /// Layered materials: a kind that makes a kernel more than twice as large.
-pub const LAYERS: Features = of_material(crate::bsdf::LAYERED);
+pub const LAYERS: Features = 1 << (FIRST_MATERIAL + 8);
 
 /// Place of the bit of material kind 0.
 const FIRST_MATERIAL: u32 = 21;

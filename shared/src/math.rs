@@ -5,7 +5,7 @@
 //! `length` and `normalize` use a software square root on devices: use [`normalize`] instead.
 //! Render kernels multiply by reciprocals and do not divide: on CUDA a division takes a branch.
 
-use core::f32::consts::FRAC_PI_2;
+use core::f32::consts::{FRAC_PI_2, LN_2};
 use glam::Vec3;
 
 /// Returns the correctly rounded square root; NaN below zero.
@@ -209,7 +209,7 @@ pub fn exp2(x: f32) -> f32 {
     let f = x - whole as f32;
     // Taylor's series for |f| ≤ 1/2.
     let series = 1.0
-        + f * (0.693_147_2
+        + f * (LN_2
             + f * (0.240_226_5
                 + f * (0.055_504_11 + f * (0.009_618_129 + f * (0.001_333_356 + f * 0.000_154_035_3)))));
     series * f32::from_bits(((whole + 127) as u32) << 23)

@@ -74,8 +74,8 @@ pub fn mean_schlick(normal: Vec3, grazing: Vec3) -> Vec3 {
 
 /// Returns the grazing part g of a rough boundary's reflectance: with reflectance f at normal
 /// incidence, single scattering reflects f (1 - [lost](lost_share)) + (1 - f) g. It is the
-/// boundary's albedo, seen at `cos`, for the reflectance (1 - v·h)⁵, the part of Schlick's form that
-/// depends on the angle, less the same part of what is lost.
+/// boundary's albedo, seen at `cos`, for the reflectance (1 - v·h)⁵, the part of Schlick's form
+/// that depends on the angle, less the same part of what is lost.
 ///
 /// g is a fit, 0 to 0.02 above the integral for a roughness of at least 0.2, to 0.06 for smoother
 /// surfaces at grazing angles. The error is a margin, so that no more than all light is reflected.

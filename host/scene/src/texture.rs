@@ -73,3 +73,12 @@ pub enum Texels {
     /// Linear f32.
     Float(Vec<[f32; 4]>),
 }
+
+/// Meaning of the texels of a texture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TextureRole {
+    /// Colours.
+    Colour,
+    /// Numbers, which are stored linearly.
+    Numbers,
+}

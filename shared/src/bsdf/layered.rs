@@ -185,7 +185,7 @@ impl Specular {
     }
 }
 
-/// Probability of sampling each lobe, and what they have in common.
+/// Probability of sampling each lobe, and numbers that lobes share, as the viewer sees them.
 /// (Vectors begin rows of 16 bytes: naga lays records out so.)
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug)]
@@ -212,7 +212,7 @@ pub(super) struct LayeredLobes {
 }
 
 impl LayeredLobes {
-    /// Of a material that is not layered.
+    /// Stands for those of a material that is not layered.
     pub const NONE: Self = Self {
         coat: 0.0,
         facet: 0.0,
@@ -227,7 +227,7 @@ impl LayeredLobes {
         boundary: Boundary::NONE,
     };
 
-    /// Returns what the lobes of a BSDF have in common.
+    /// Returns those of a BSDF.
     #[inline(always)]
     pub fn of(bsdf: &Bsdf) -> Self {
         let (m, layers, o) = (&bsdf.material, &bsdf.layers, bsdf.local_viewer);

@@ -76,8 +76,8 @@ impl MicrofacetLobe for MetallicRoughness {
                     proposal.direction = normalize(bsdf.local_mapped + unit_sphere(random.x, random.y));
                 }
             } else {
-                // A thin wall: light that enters leaves mirrored, or by the cosine if facets sent it
-                // to others.
+                // A thin wall: light that enters leaves mirrored, or by the cosine if facets sent
+                // it to others.
                 if rest < prepared.lost * prepared.transmission {
                     proposal.direction = cosine_direction(random);
                 }

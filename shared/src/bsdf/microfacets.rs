@@ -48,7 +48,7 @@ pub(super) trait MicrofacetLobe {
         bsdf.alpha >= MIN_ROUGH_ALPHA
     }
 
-    /// Returns what its lobes have in common.
+    /// Returns the numbers that its lobes share.
     #[inline(always)]
     fn prepare(_: &Bsdf, _: &Lost) -> Prepared {
         Prepared::FACETS
@@ -75,9 +75,9 @@ pub(super) struct Facet {
     pub smooth: bool,
 }
 
-/// What the lobes of a material have in common for all directions, as seen by the viewer. It is
-/// computed once for a vertex: a path evaluates the BSDF up to twice, and samples it. (Vectors begin
-/// rows of 16 bytes: naga lays records out so.)
+/// Numbers that the lobes of a material share for all directions, as the viewer sees them. They are
+/// computed once for a vertex: a path evaluates the BSDF up to twice, and samples it. (Vectors
+/// begin rows of 16 bytes: naga lays records out so.)
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Prepared {
@@ -101,7 +101,7 @@ pub(super) struct Prepared {
 }
 
 impl Prepared {
-    /// Of a material with the lobe of facets alone.
+    /// Numbers of a material with the lobe of facets alone.
     pub const FACETS: Self = Self {
         again: Vec3::ZERO,
         lost: 0.0,
@@ -181,7 +181,7 @@ pub(super) struct FacetEval {
 }
 
 impl Bsdf {
-    /// Computes what the lobes have in common.
+    /// Computes the numbers that the lobes share.
     #[inline(always)]
     pub(super) fn prepare<const POSSIBLE: Features>(&mut self, features: FeatureSet<POSSIBLE>) {
         if uses_microfacets(features, self.material.kind) {

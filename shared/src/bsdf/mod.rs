@@ -26,7 +26,7 @@ mod thin_film;
 
 use self::layered::LayeredLobes;
 use self::microfacets::Prepared;
-use crate::features::{BOOK, FeatureSet, Features, MICROFACETS, NEE, NORMAL_MAPS, of_material};
+use crate::features::{BOOK, FeatureSet, Features, LAYERS, MICROFACETS, NEE, NORMAL_MAPS, of_material};
 use crate::layers::{MaterialLayers, SOLID};
 use crate::material::Material;
 use crate::math::{basis, max, normalize, sqrt};
@@ -67,6 +67,7 @@ const _: () = assert!(
     of_material(MICROFACET_KINDS) & MICROFACETS != 0
         && of_material(DIELECTRIC) & BOOK != 0
         && of_material(MICROFACET_KINDS - 1) & (BOOK | MICROFACETS) == 0
+        && of_material(LAYERED) == LAYERS
 );
 
 /// Evaluates an item of the `book::BookLobe` of a kind, among those that `$features` has.
@@ -122,7 +123,7 @@ pub const fn is_microfacet(kind: u32) -> bool {
 /// Returns whether a material of this kind is layered, in a kernel with `features`.
 #[inline(always)]
 pub fn is_layered<const POSSIBLE: Features>(features: FeatureSet<POSSIBLE>, kind: u32) -> bool {
-    features.has(of_material(LAYERED)) && kind == LAYERED
+    features.has(LAYERS) && kind == LAYERED
 }
 
 /// Returns whether a material of this kind is a microfacet material, in a kernel with `features`.
@@ -192,15 +193,15 @@ pub struct Bsdf {
     local_viewer: Vec3,
     /// Roughness parameter of GGX: the square of the roughness.
     alpha: f32,
-    /// That along the axes of the frame, for layered materials.
+    /// Roughness parameter along x, for layered materials.
     alpha_x: f32,
-    /// See `alpha_x`.
+    /// Roughness parameter along y.
     alpha_y: f32,
     /// Layers of a layered material.
     layers: MaterialLayers,
-    /// What the lobes of a layered material have in common.
+    /// Numbers that the lobes of a layered material share.
     lobes: LayeredLobes,
-    /// What its lobes have in common; only used by microfacet materials.
+    /// Numbers that the lobes of another microfacet material share.
     prepared: Prepared,
     /// Factor of refracted light: that of the colour for which a dispersive surface is sampled.
     dispersed: Vec3,

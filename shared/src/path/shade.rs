@@ -5,11 +5,12 @@ use super::nee::{Connection, sample_direct_light, weighted_emission};
 use super::vertex::{FacingNormals, Vertex};
 use super::{COLOR_BLOCK, MAX_PASSES, PASS_BLOCK, Path};
 use crate::aovs::{self, AovSums, SurfaceAovs};
-use crate::bsdf::{Bsdf, BsdfEval, BsdfSample, LAYERED, is_layered, slots};
+use crate::attributes::SurfaceAttributes;
+use crate::bsdf::{Bsdf, BsdfEval, BsdfSample, is_layered, slots};
 use crate::buffer::SharedSlice;
 use crate::bvh::{Hit, NO_PRIMITIVE};
 use crate::environment;
-use crate::features::{AOVS, EMITTERS, ENVIRONMENT, FeatureSet, Features, HOLES, NEE, ROULETTE, of_material};
+use crate::features::{AOVS, EMITTERS, ENVIRONMENT, FeatureSet, Features, HOLES, LAYERS, NEE, ROULETTE};
 use crate::layers::SOLID;
 use crate::light::mis_weight;
 use crate::material::{BLENDED, MASKED};
@@ -135,7 +136,7 @@ impl Path {
             return self.attenuate(features, &vertex);
         }
         self.segment += 1;
-        if features.has(of_material(LAYERED)) {
+        if features.has(LAYERS) {
             self.absorb(hit.distance);
         }
         let front = vertex.is_front();
@@ -162,19 +163,7 @@ impl Path {
         let mut ended = true;
         if continues || writes_aovs {
             let normals = vertex.facing_normals(features, params, front);
-            let direction = vertex.ray.direction;
-            let mut material = vertex.material;
-            let mut dispersed = Vec3::ONE;
-            if is_layered(features, material.kind) && vertex.layers.dispersion > 0.0 {
-                (material.ior, dispersed) = self.disperse(&vertex);
-            }
-            let bsdf = Bsdf::new(features, material, direction, normals.of_bsdf, front).with_layers(
-                features,
-                vertex.layers,
-                vertex.surface.attributes.tangent,
-                vertex.surface.attributes.handedness,
-                dispersed,
-            );
+            let bsdf = self.bsdf(features, &vertex, &normals, front);
             if writes_aovs {
                 let aov_sample =
                     SurfaceAovs { albedo: bsdf.albedo(features), diffuse: bsdf.diffuseness(features) };
@@ -217,6 +206,29 @@ impl Path {
             }
         }
         ended
+    }
+
+    /// Returns the BSDF at `vertex`, seen along the path's ray.
+    #[inline(always)]
+    fn bsdf<const POSSIBLE: Features>(
+        &self,
+        features: FeatureSet<POSSIBLE>,
+        vertex: &Vertex,
+        normals: &FacingNormals,
+        front: bool,
+    ) -> Bsdf {
+        let (mut material, mut dispersed) = (vertex.material, Vec3::ONE);
+        if is_layered(features, material.kind) && vertex.layers.dispersion > 0.0 {
+            (material.ior, dispersed) = self.disperse(vertex);
+        }
+        let SurfaceAttributes { tangent, handedness, .. } = vertex.surface.attributes;
+        Bsdf::new(features, material, vertex.ray.direction, normals.of_bsdf, front).with_layers(
+            features,
+            vertex.layers,
+            tangent,
+            handedness,
+            dispersed,
+        )
     }
 
     /// Weakens the path by the absorption of the solid that its ray passed through for a distance

@@ -9,9 +9,9 @@ use trisect_shared::material::{BLENDED, EMITS_BOTH_SIDES, MASKED, Material, UNLI
 use trisect_shared::math::luminance;
 use trisect_shared::texture::NO_TEXTURE;
 
-/// Returns the record of a material, and adds its layers to `layers`. Until the light table is built, `light_pdf` holds the
-/// luminance of the mean emission, twice that if both sides emit. With `fading_vertices` a mesh of
-/// this material has vertices of an opacity below 1.
+/// Returns the record of a material, and adds its layers to `layers`. Until the light table is
+/// built, `light_pdf` holds the luminance of the mean emission, twice that if both sides emit. With
+/// `fading_vertices` a mesh of this material has vertices of an opacity below 1.
 pub(super) fn lower(
     m: &Described,
     fading_vertices: bool,

@@ -1,9 +1,8 @@
 //! Layers and further lobes of [`MetallicRoughness`](super::surface::MetallicRoughness): those of
 //! glTF's extensions.
 
-use super::surface::TextureRole;
 use crate::ranges::{all, each};
-use crate::texture::TextureUse;
+use crate::texture::{TextureRole, TextureUse};
 use crate::values::{Angle, Dispersion, FilmIor, Gain, Length, Share, Thickness, number, numbers, some};
 use glam::DVec3;
 use serde::Deserialize;
@@ -485,7 +484,8 @@ impl Layers {
                 let absorbed = volume.attenuation_color.max(DVec3::splat(BLACK)).map(|c| -c.ln() / distance);
                 layers.absorption = absorbed.min(DVec3::splat(f64::from(f32::MAX))).as_vec3();
             }
-            // KHR_materials_dispersion: the index differs by this much at both ends of the spectrum.
+            // KHR_materials_dispersion: the index differs by this much at both ends of the
+            // spectrum.
             layers.dispersion = ((ior - 1.0).max(0.0) * 0.025 * self.dispersion) as f32;
         }
         Ok((layers, textures))

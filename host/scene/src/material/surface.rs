@@ -3,6 +3,7 @@
 
 use super::layers::Layers;
 use crate::ranges::{all, each};
+pub use crate::texture::TextureRole;
 use crate::texture::TextureUse;
 use crate::values::{Absorption, Eta, Ior, Share, number, numbers, some};
 use glam::DVec3;
@@ -177,15 +178,6 @@ impl<T> Default for MetallicRoughness<T> {
             layers: Layers::default(),
         }
     }
-}
-
-/// Meaning of the texels of a texture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TextureRole {
-    /// Colours.
-    Colour,
-    /// Numbers, which are stored linearly.
-    Numbers,
 }
 
 impl<T> Surface<T> {

@@ -6,7 +6,7 @@ use super::json::{
     self, Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, MaterialExtensions, Sheen, Specular,
     SpecularGlossiness, TextureInfo, Volume,
 };
-use super::material::{Slots, share};
+use super::slots::{Slots, share};
 use crate::description::{MetallicRoughness, TextureUse};
 use crate::error::SceneError;
 use crate::material::layers::{self, Layers};

@@ -2,12 +2,11 @@
 
 use super::super::images::Curve;
 use super::super::source_location::{SourceLocation, shown};
-use super::super::warnings::Warnings;
-use super::json::{self, MetallicRoughness, Primitive, TextureInfo};
+use super::json::{self, MetallicRoughness, Primitive};
 use super::layers;
-use super::texture;
+use super::slots::{Slots, share};
 use super::{Document, Output};
-use crate::description::{self, Alpha, Lambertian, Material, TextureUse};
+use crate::description::{self, Alpha, Lambertian, Material};
 use crate::error::SceneError;
 use crate::import::ModelOptions;
 use crate::values::MAX_MAGNITUDE;
@@ -276,48 +275,4 @@ fn unlit(material: &mut Material) {
     material.surface = Lambertian { albedo: DVec3::ZERO, texture: surface.texture.clone() }.into();
     (material.emits_both_sides, material.is_unlit) = (true, true);
     material.normal_texture = None;
-}
-
-/// Reader of a material's textures, which may use two sets of texture coordinates.
-pub(super) struct Slots<'a> {
-    pub document: &'a Document<'a>,
-    /// Place of the material.
-    pub site: &'a SourceLocation<'a>,
-    /// Sets in order of precedence.
-    sets: [Option<u32>; 2],
-    /// Number of textures of further sets.
-    others: u64,
-}
-
-impl Slots<'_> {
-    /// Reads the texture at `place` of the material; `None` if there is none.
-    pub fn texture(
-        &mut self,
-        output: &mut Output,
-        info: Option<&TextureInfo>,
-        curve: Curve,
-        place: &str,
-    ) -> Result<Option<TextureUse>, SceneError> {
-        let Some(info) = info else { return Ok(None) };
-        let read = texture::read(self.document, output, info, curve, &self.site.member(place))?;
-        Ok(read.map(|(mut texture, set)| {
-            match self.sets {
-                [None, _] => self.sets[0] = Some(set),
-                [Some(first), _] if first == set => {}
-                [_, None] => self.sets[1] = Some(set),
-                [_, Some(second)] if second == set => {}
-                _ => self.others += 1,
-            }
-            texture.second_uvs = self.sets[1] == Some(set);
-            texture
-        }))
-    }
-}
-
-/// Clamps factors to 0 to 1, with a warning if one changes.
-pub(super) fn share(factors: DVec4, site: &SourceLocation, warnings: &mut Warnings) -> DVec4 {
-    let clamped = factors.clamp(DVec4::ZERO, DVec4::ONE);
-    let changed = u64::from(clamped != factors);
-    warnings.tally("material factors outside 0 to 1, clamped", changed, &site.place);
-    clamped
 }

@@ -19,6 +19,7 @@ mod meshopt;
 mod motion;
 mod primitive;
 mod scene;
+mod slots;
 mod texture;
 mod transform;
 mod version;
@@ -46,9 +47,10 @@ use json::Root;
 ///   (EXT_mesh_gpu_instancing) and visibility (KHR_node_visibility)
 /// * skins, morph targets and animations, at a time
 /// * perspective cameras and KHR_lights_punctual
-/// * the metallic-roughness material with KHR_materials_anisotropy, clearcoat, diffuse_transmission,
-///   dispersion, emissive_strength, ior, iridescence, sheen, specular, transmission, unlit and
-///   volume, and pbrSpecularGlossiness; in variants (KHR_materials_variants)
+/// * the metallic-roughness material with KHR_materials_anisotropy, clearcoat,
+///   diffuse_transmission, dispersion, emissive_strength, ior, iridescence, sheen, specular,
+///   transmission, unlit and volume, and pbrSpecularGlossiness; in variants
+///   (KHR_materials_variants)
 /// * PNG, JPEG, WebP (EXT_texture_webp) and KTX2 textures (KHR_texture_basisu) with samplers and
 ///   KHR_texture_transform
 /// * geometry compressed by EXT_meshopt_compression, KHR_meshopt_compression and
