@@ -8,8 +8,8 @@ use trisect_image::Image;
 
 /// Reads the files that a scene file names.
 pub trait Loader {
-    /// Reads a model, as `options` choose: glTF, OBJ or PLY by its extension, in upper or lower
-    /// case.
+    /// Reads a model, as `options` choose: glTF, OBJ, PLY or STL by its extension, in upper or
+    /// lower case.
     fn model(&mut self, path: &Path, options: &ModelOptions) -> Result<Description, SceneError>;
 
     /// Reads a panorama: HDR, EXR or PFM by its extension, in upper or lower case.

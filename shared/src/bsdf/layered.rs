@@ -85,7 +85,7 @@ impl MicrofacetLobe for Layered {
         }
         let Specular { dielectric, metal } = Specular::at(bsdf, facets.clamped_cos());
         let specular = dielectric * (1.0 - m.metallic) + metal * m.metallic;
-        let share = lobes.reflected_of(dielectric, specular);
+        let share = lobes.reflected_of(dielectric, specular, is_total(bsdf, facets.clamped_cos()));
         let base = lobes.entered * lobes.boundary.left(cos, lost_of_base) * cos;
         let sheen_color = max_component(layers.sheen_color);
         let mut cover = 1.0;
@@ -104,9 +104,6 @@ impl MicrofacetLobe for Layered {
             }
             value += layers.diffuse_transmission_color * (layers.diffuse_transmission * base * wide);
             pdf += lobes.below * above.z * FRAC_1_PI;
-            if bsdf.is_mapped {
-                pdf += lobes.cosine * max(i.dot(bsdf.local_mapped), 0.0) * FRAC_1_PI;
-            }
             return BsdfEval { value: value * cover, pdf };
         }
         let mut diffuse = m.albedo * ((1.0 - layers.diffuse_transmission) * base);
@@ -183,6 +180,12 @@ impl Specular {
         }
         Self { dielectric, metal }
     }
+}
+
+/// Returns whether a facet of a solid reflects all light from cosine `cos`.
+#[inline(always)]
+fn is_total(bsdf: &Bsdf, cos: f32) -> bool {
+    bsdf.layers.flags & SOLID != 0 && fresnel::refracted_cos2(cos, bsdf.eta()) <= 0.0
 }
 
 /// Probability of sampling each lobe, and numbers that lobes share, as the viewer sees them.
@@ -287,14 +290,16 @@ impl LayeredLobes {
             return 1.0;
         }
         let (at, metallic) = (Specular::at(bsdf, cos), bsdf.material.metallic);
-        self.reflected_of(at.dielectric, at.dielectric * (1.0 - metallic) + at.metal * metallic)
+        let specular = at.dielectric * (1.0 - metallic) + at.metal * metallic;
+        self.reflected_of(at.dielectric, specular, is_total(bsdf, cos))
     }
 
-    /// Returns the same from the reflectances of the dielectric part and of the whole.
+    /// Returns the same from the reflectances of the dielectric part and of the whole; `total` is
+    /// true at total reflection.
     #[inline(always)]
-    fn reflected_of(&self, dielectric: Vec3, specular: Vec3) -> f32 {
+    fn reflected_of(&self, dielectric: Vec3, specular: Vec3, total: bool) -> f32 {
         let f = max_component(specular);
         let sum = f + self.clear * max(1.0 - max_component(dielectric), 0.0);
-        if self.clear > 0.0 && sum > 0.0 { min(f * (1.0 / sum), 1.0) } else { 1.0 }
+        if self.clear > 0.0 && sum > 0.0 && !total { min(f * (1.0 / sum), 1.0) } else { 1.0 }
     }
 }

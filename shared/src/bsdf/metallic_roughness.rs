@@ -112,10 +112,7 @@ impl MicrofacetLobe for MetallicRoughness {
         }
         if !facets.reflected {
             let pdf = facets.pdf * (1.0 - prepared.lost) - prepared.lost * i.z * FRAC_1_PI;
-            let mut pdf = pdf * prepared.transmission;
-            if bsdf.is_mapped {
-                pdf += prepared.cosine * cos * FRAC_1_PI;
-            }
+            let pdf = pdf * prepared.transmission;
             let passed = (1.0 - prepared.boundary.again) * prepared.scale * lost * -i.z;
             let again = thin_wall_transmittance(m, Vec3::ZERO) * passed;
             return BsdfEval { value: thin_wall_transmittance(m, f) * facets.value + again, pdf };

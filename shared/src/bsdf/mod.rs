@@ -307,7 +307,9 @@ impl Bsdf {
         let along = tangent - self.normal * tangent.dot(self.normal);
         if layers.anisotropy > 0.0 && along.dot(along) > 1e-12 {
             let tangent = normalize(along);
-            let bitangent = self.normal.cross(tangent) * handedness;
+            // The handedness is that of the front's normal.
+            let side = if self.front { handedness } else { -handedness };
+            let bitangent = self.normal.cross(tangent) * side;
             let x = normalize(tangent * layers.anisotropy_cos + bitangent * layers.anisotropy_sin);
             let y = self.normal.cross(x);
             let (m, s) = (self.local_mapped, self.local_smooth);

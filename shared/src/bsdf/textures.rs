@@ -98,7 +98,9 @@ pub unsafe fn load_material<const POSSIBLE: Features>(
             } else {
                 texture_of(features, &material, slot)
             };
-            if wanted & slot != 0 && texture != NO_TEXTURE {
+            // Without normal maps that slot is no other's.
+            let skipped = layered && slot == NORMAL && !features.has(NORMAL_MAPS);
+            if wanted & slot != 0 && texture != NO_TEXTURE && !skipped {
                 // SAFETY: the caller's promise.
                 let t = unsafe { load::<Texture>(scene.textures, texture) };
                 let (mut u, mut v) = (at.u, at.v);

@@ -187,6 +187,9 @@ impl Path {
                 let (scatter, eval) = bsdf.sample_and_evaluate(features, random, direction, evaluates);
                 if features.has(NEE) {
                     self.begin_connection(&connection, eval);
+                    if features.has(LAYERS) {
+                        self.absorb_connection(features, &vertex, &connection, front);
+                    }
                 }
                 self.scatter(features, params, &vertex, &normals, &scatter, random.w);
                 if is_layered(features, vertex.material.kind)
@@ -238,6 +241,29 @@ impl Path {
         let power = self.absorption * (-LOG2_E * distance);
         if self.absorption.dot(self.absorption) > 0.0 {
             self.throughput *= Vec3::new(exp2(power.x), exp2(power.y), exp2(power.z));
+        }
+    }
+
+    /// Weakens the light of a connection by the absorption of the solid through which it comes.
+    #[inline(always)]
+    fn absorb_connection<const POSSIBLE: Features>(
+        &mut self,
+        features: FeatureSet<POSSIBLE>,
+        vertex: &Vertex,
+        connection: &Connection,
+        front: bool,
+    ) {
+        let is_solid = is_layered(features, vertex.material.kind) && vertex.layers.flags & SOLID != 0;
+        let sigma = if connection.inside != front || !is_solid {
+            self.absorption
+        } else if front {
+            vertex.layers.absorption
+        } else {
+            Vec3::ZERO
+        };
+        if sigma.dot(sigma) > 0.0 {
+            let power = sigma * (-LOG2_E * min(connection.light.t_max, 1e30));
+            self.pending_light *= Vec3::new(exp2(power.x), exp2(power.y), exp2(power.z));
         }
     }
 

@@ -27,18 +27,24 @@ const SMALL: u64 = 16 << 20;
 #[derive(Debug)]
 pub(super) struct Budget {
     bytes: u64,
+    /// Bytes by which decompressed data may still extend it.
+    extension: u64,
     triangles: u64,
 }
 
 impl Budget {
     /// Returns the budget for a file of `input` bytes.
     pub fn new(input: usize) -> Self {
-        Self { bytes: BASE.saturating_add(FACTOR.saturating_mul(input as u64)), triangles: TRIANGLES }
+        let bytes = FACTOR.saturating_mul(input as u64);
+        let extension = DECOMPRESSED.saturating_mul(bytes);
+        Self { bytes: BASE.saturating_add(bytes), extension, triangles: TRIANGLES }
     }
 
     /// Extends the budget for another file, of `input` bytes.
     pub fn extend(&mut self, input: usize) {
-        self.bytes = self.bytes.saturating_add(FACTOR.saturating_mul(input as u64));
+        let bytes = FACTOR.saturating_mul(input as u64);
+        self.bytes = self.bytes.saturating_add(bytes);
+        self.extension = self.extension.saturating_add(DECOMPRESSED.saturating_mul(bytes));
     }
 
     /// Takes `bytes` for data that is decompressed from `source` bytes, before they are allocated,
@@ -49,8 +55,11 @@ impl Budget {
     /// [`SceneError::TooLarge`] as for [`Self::take`].
     pub fn decompress(&mut self, bytes: u64, source: u64, site: &SourceLocation) -> Result<(), SceneError> {
         self.take(bytes, site)?;
-        let counted = bytes.min(FACTOR.saturating_mul(source));
-        self.bytes = self.bytes.saturating_add(DECOMPRESSED.saturating_mul(counted));
+        let counted = DECOMPRESSED.saturating_mul(bytes.min(FACTOR.saturating_mul(source)));
+        // Many views may name the same data.
+        let counted = counted.min(self.extension);
+        self.extension -= counted;
+        self.bytes = self.bytes.saturating_add(counted);
         Ok(())
     }
 

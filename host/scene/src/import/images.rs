@@ -87,7 +87,7 @@ fn refused(error: TextureError, site: &SourceLocation) -> SceneError {
             "convert it to PNG or JPEG (`ktx extract`; for all textures of a glTF file `gltf-transform ktxdecompress`)",
         ),
         TextureError::Format(_) => site.unsupported(message, "convert it to PNG or JPEG"),
-        TextureError::NoImage => site.malformed(message, "it must be PNG or JPEG"),
+        TextureError::NoImage => site.malformed(message, "it must be PNG, JPEG, WebP or KTX2"),
         TextureError::Codec(reason) => {
             site.malformed(format!("the image cannot be decoded: {}", shown(&reason)), "write it again")
         }

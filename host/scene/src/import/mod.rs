@@ -5,7 +5,8 @@
 //! that names it, or an error if the file requires it.
 //!
 //! No input makes a reader panic, and their memory is bounded: beside its images, a description
-//! takes at most 64 times the bytes read plus 64 MiB, and it stands for at most 2^30 triangles.
+//! takes at most 64 times the bytes read plus 64 MiB, 17 times as much if they are compressed, and
+//! it stands for at most 2^30 triangles.
 
 mod budget;
 mod files;

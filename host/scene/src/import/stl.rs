@@ -29,6 +29,8 @@ pub fn parse(bytes: &[u8], name: &str) -> Result<Description, SceneError> {
     let exact = |count: u32| HEADER as u64 + TRIANGLE as u64 * u64::from(count);
     let is_binary = count.is_some_and(|count| exact(count) == bytes.len() as u64);
     let starts = bytes.trim_ascii_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
+    // Text has no byte 0, which the header or the count of a binary file has nearly always.
+    let starts = starts && !bytes.iter().take(HEADER).any(|byte| *byte == 0);
     let corners = match (is_binary, starts, count) {
         (false, true, _) => text(bytes, name, &mut budget)?,
         (_, _, Some(count)) => binary(bytes, count, name, &mut budget, &mut warnings)?,
@@ -97,7 +99,7 @@ fn binary(
 /// Returns the vertices of the triangles of a text; a facet of more vertices is a fan.
 fn text(bytes: &[u8], name: &str, budget: &mut Budget) -> Result<Vec<[f32; 3]>, SceneError> {
     let site = |line: usize| SourceLocation::new(name, format!("line {}", line + 1));
-    let (mut corners, mut facet) = (Vec::new(), Vec::new());
+    let (mut corners, mut facet, mut open) = (Vec::new(), Vec::new(), 0usize);
     for (line, text) in bytes.split(|byte| *byte == b'\n').enumerate() {
         let Ok(text) = str::from_utf8(text) else {
             // A name of a solid may be in any encoding.
@@ -116,7 +118,9 @@ fn text(bytes: &[u8], name: &str, budget: &mut Budget) -> Result<Vec<[f32; 3]>, 
                 }
                 facet.clear();
             }
-            "solid" | "facet" | "outer" | "endsolid" => {}
+            "solid" => open = line + 1,
+            "endsolid" => open = 0,
+            "facet" | "outer" => {}
             other => {
                 let problem = format!("\"{}\" is not a word of STL", shown(other));
                 return Err(
@@ -124,6 +128,10 @@ fn text(bytes: &[u8], name: &str, budget: &mut Budget) -> Result<Vec<[f32; 3]>, 
                 );
             }
         }
+    }
+    if open > 0 {
+        let problem = "the solid has no endsolid: the file is cut off";
+        return Err(site(open - 1).malformed(problem, "copy or export it again"));
     }
     Ok(corners)
 }
@@ -183,5 +191,10 @@ mod tests {
             message(TEXT.replace("outer", "inner").as_bytes()).contains("line 3: \"inner\" is not a word")
         );
         assert!(message(TEXT.replace("1e0", "1e30").as_bytes()).contains("is beyond 1e18"));
+        assert!(message(TEXT.split("endsolid").next().unwrap().as_bytes()).contains("line 1: the solid has no endsolid"));
+        let mut longer = binary_file(2, 2);
+        longer.push(7);
+        let scene = parse(&longer, "a.stl").unwrap();
+        assert_eq!(scene.warnings, ["bytes after the last triangle, ignored: 1, the first in the header"]);
     }
 }

@@ -478,7 +478,8 @@ impl Layers {
             textures.diffuse_transmission = texture(&passed.texture)?;
             textures.diffuse_transmission_color = texture(&passed.color_texture)?;
         }
-        if let Some(volume) = &self.volume {
+        // A boundary of index 0 bends no light: it stands for a reflectance.
+        if let Some(volume) = self.volume.as_ref().filter(|_| ior > 0.0) {
             layers.flags |= SOLID;
             if let Some(distance) = volume.attenuation_distance {
                 let absorbed = volume.attenuation_color.max(DVec3::splat(BLACK)).map(|c| -c.ln() / distance);

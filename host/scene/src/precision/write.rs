@@ -26,6 +26,15 @@ pub enum WriteError {
         /// Path at which a copy can be written.
         instead: PathBuf,
     },
+    /// The copy would lose choices of the command line.
+    #[error(
+        "{}: the copy would not have --time, --animation and --material-variant; write them into the scene's Mesh objects",
+        path.display()
+    )]
+    Options {
+        /// Path of the scene.
+        path: PathBuf,
+    },
     /// The copy would replace the original.
     #[error("{}: this is the scene itself; give the copy another name", path.display())]
     SameFile {
@@ -95,6 +104,9 @@ pub fn write(from: &Path, scene: &SceneDocument, change: Change, to: &Path) -> R
     let (text, names_files) = if is_model(from) {
         (around_model(from, scene, change)?, true)
     } else {
+        if scene.options != ModelOptions::default() {
+            return Err(WriteError::Options { path: from.to_owned() });
+        }
         let text = input::read_text(from).map_err(io(from))?;
         match change {
             Change::Space(space) => insert_space(&text, &scene.name, &field(space))?,

@@ -91,7 +91,7 @@ objects! {
         #[serde(default)] extensions_used: Vec<String>,
         #[serde(default)] extensions_required: Vec<String>,
         #[serde(default)] accessors: Vec<Accessor>,
-        #[serde(default)] animations: Vec<Animation>,
+        #[serde(default, deserialize_with = "at_most::<FEW, _, _>")] animations: Vec<Animation>,
         #[serde(default)] buffers: Vec<Buffer>,
         #[serde(default)] buffer_views: Vec<BufferView>,
         #[serde(default, deserialize_with = "at_most::<FEW, _, _>")] cameras: Vec<Camera>,

@@ -3,7 +3,7 @@
 use super::super::images::Curve;
 use super::Output;
 use super::json::{
-    self, Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, MaterialExtensions, Sheen, Specular,
+    Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, MaterialExtensions, Sheen, Specular,
     SpecularGlossiness, TextureInfo, Volume,
 };
 use super::slots::{Slots, share};
@@ -13,16 +13,15 @@ use crate::material::layers::{self, Layers};
 use crate::values::{Dispersion, FilmIor, Gain, Length, Thickness};
 use glam::{DVec3, DVec4};
 
-/// Reads the layers of the material `source`.
+/// Reads the layers of a material.
 pub fn read(
     slots: &mut Slots,
     output: &mut Output,
-    source: &json::Material,
     extensions: &MaterialExtensions,
 ) -> Result<Layers, SceneError> {
     let mut found = Layers::default();
     if let Some(extension) = &extensions.clearcoat {
-        found.coat = coat(slots, output, source, extension)?;
+        found.coat = coat(slots, output, extension)?;
     }
     if let Some(extension) = &extensions.sheen {
         found.sheen = sheen(slots, output, extension)?;
@@ -93,7 +92,6 @@ pub fn glossy(
 fn coat(
     slots: &mut Slots,
     output: &mut Output,
-    source: &json::Material,
     extension: &Clearcoat,
 ) -> Result<Option<layers::Coat>, SceneError> {
     if extension.clearcoat_factor <= 0.0 {
@@ -107,9 +105,7 @@ fn coat(
         extension.clearcoat_roughness_texture.as_deref(),
         "clearcoat.clearcoatRoughnessTexture",
     )?;
-    let base = source.normal_texture.as_deref().map(|map| map.info.index);
-    let own = extension.clearcoat_normal_texture.as_deref().map(|map| map.info.index);
-    if own.is_some() && own != base || own.is_some() != base.is_some() && own.is_some() {
+    if extension.clearcoat_normal_texture.is_some() {
         let what = "clearcoatNormalTexture is not supported: coats have the normal without a map";
         output.warnings.once(what);
     }

@@ -9,6 +9,7 @@ use super::{Document, Output};
 use crate::description::{self, Alpha, Lambertian, Material};
 use crate::error::SceneError;
 use crate::import::ModelOptions;
+use crate::material::layers::Layers;
 use crate::values::MAX_MAGNITUDE;
 use glam::{DVec3, DVec4};
 use std::collections::HashMap;
@@ -176,7 +177,7 @@ fn read(
     };
 
     let layers = match extensions {
-        Some(extensions) => Some(layers::read(&mut slots, output, source, extensions)?),
+        Some(extensions) => Some(layers::read(&mut slots, output, extensions)?),
         None => None,
     };
     let glossy = match extensions.and_then(|extensions| extensions.specular_glossiness.as_ref()) {
@@ -245,7 +246,10 @@ fn read(
     let mut opacity = factor.w;
     if let Some(old) = glossy {
         opacity = old.opacity;
-        surface = old.surface;
+        let transmitted = (surface.transmission, surface.transmission_texture);
+        let layers = Layers { specular: old.surface.layers.specular, has_glossiness: true, ..surface.layers };
+        surface = description::MetallicRoughness { layers, ..old.surface };
+        (surface.transmission, surface.transmission_texture) = transmitted;
     }
     let mut material = Material {
         name,

@@ -180,7 +180,7 @@ fn materials_and_their_textures() {
         "images":[{{"uri":"data:image/png;base64,{image}"}}],
         "textures":[{{"source":0,"sampler":0}},{{"source":0}}],
         "samplers":[{{"magFilter":9728,"minFilter":9987,"wrapS":33071,"wrapT":33648}}],
-        "extensionsUsed":["KHR_materials_sheen","KHR_materials_unlit"],"materials":[{{}},{material}]"#
+        "extensionsUsed":["ADOBE_materials_thin","ADOBE_materials_other"],"materials":[{{}},{material}]"#
     );
     let text = mesh(&data, r#""attributes":{"POSITION":0,"TEXCOORD_1":1},"material":1"#, &rest);
     let scene = read(&text);
@@ -202,15 +202,15 @@ fn materials_and_their_textures() {
     assert_eq!(scene.meshes[0].uvs[1], [1.0, 0.0]);
     let warnings = scene.warnings.join("\n");
     for expected in [
-        "KHR_materials_sheen is not supported",
-        "KHR_materials_unlit is not supported",
+        "ADOBE_materials_thin is not supported",
+        "ADOBE_materials_other is not supported",
         "material factors outside 0 to 1, clamped: 1, the first in materials[1]",
     ] {
         assert_eq!(warnings.matches(expected).count(), 1, "{warnings}");
     }
     let message = error(&text.replace("extensionsUsed", "extensionsRequired"));
     assert!(
-        message.contains("extensionsRequired: the extension KHR_materials_sheen is not supported"),
+        message.contains("extensionsRequired: the extension ADOBE_materials_thin is not supported"),
         "{message}"
     );
     assert!(error(&text.replace("data:image/png;base64,", "x")).contains("images[0]: cannot read"));

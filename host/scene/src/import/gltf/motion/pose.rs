@@ -38,13 +38,19 @@ impl<'a> Pose<'a> {
     /// exist.
     pub fn local(&self, index: u32) -> Result<DAffine3, SceneError> {
         let Some(node) = self.root.nodes.get(index as usize) else { return Ok(DAffine3::IDENTITY) };
-        let own = local(node, &SourceLocation::new(self.name, format!("nodes[{index}]")))?;
+        let site = SourceLocation::new(self.name, format!("nodes[{index}]"));
+        let own = local(node, &site)?;
         let Some(moved) = self.moved.get(&index) else { return Ok(own) };
         if moved.translation.is_none() && moved.rotation.is_none() && moved.scale.is_none() {
             return Ok(own);
         }
-        // Only a node without a matrix should be moved; of a matrix the parts are taken.
-        let (scale, rotation, translation) = own.to_scale_rotation_translation();
+        // Only a node without a matrix should be moved; of a matrix the parts are taken, if it has
+        // any.
+        let (scale, rotation, translation) = match node.matrix {
+            Some(_) if own.matrix3.determinant() != 0.0 => own.to_scale_rotation_translation(),
+            Some(_) => (DVec3::ONE, DQuat::IDENTITY, own.translation),
+            None => parts(node, &site)?,
+        };
         Ok(DAffine3::from_scale_rotation_translation(
             moved.scale.unwrap_or(scale),
             moved.rotation.unwrap_or(rotation),
@@ -84,6 +90,12 @@ fn local(node: &Node, site: &SourceLocation) -> Result<DAffine3, SceneError> {
         }
         return Ok(DAffine3::from_mat4(matrix));
     }
+    let (scale, rotation, translation) = parts(node, site)?;
+    Ok(DAffine3::from_scale_rotation_translation(scale, rotation, translation))
+}
+
+/// Returns scale, rotation and translation of a node without a matrix.
+fn parts(node: &Node, site: &SourceLocation) -> Result<(DVec3, DQuat, DVec3), SceneError> {
     let vector =
         |source: &Option<Box<[f64; 3]>>, otherwise| source.as_deref().map_or(otherwise, |v| DVec3::from(*v));
     let rotation = match node.rotation.as_deref() {
@@ -97,6 +109,5 @@ fn local(node: &Node, site: &SourceLocation) -> Result<DAffine3, SceneError> {
             DQuat::from_vec4(DVec4::from(*rotation) / length)
         }
     };
-    let (scale, translation) = (vector(&node.scale, DVec3::ONE), vector(&node.translation, DVec3::ZERO));
-    Ok(DAffine3::from_scale_rotation_translation(scale, rotation, translation))
+    Ok((vector(&node.scale, DVec3::ONE), rotation, vector(&node.translation, DVec3::ZERO)))
 }

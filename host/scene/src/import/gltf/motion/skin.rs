@@ -110,6 +110,11 @@ pub fn apply(
         };
         transform_vertex(mesh, index, &transform);
     }
+    // glTF 2.0, section 3.7.4: the winding follows the determinant of the node's transform.
+    if skin.node.matrix3.determinant() < 0.0 {
+        mesh.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+        mesh.tangents.iter_mut().for_each(|tangent| tangent[3] = -tangent[3]);
+    }
     let Output { warnings, .. } = output;
     warnings.tally("vertices without weights, moved with the node, not with joints", unbound, &site.place);
     warnings.tally("weights of joints that the skin does not have, ignored", lost, &site.place);
