@@ -191,7 +191,10 @@ mod tests {
             message(TEXT.replace("outer", "inner").as_bytes()).contains("line 3: \"inner\" is not a word")
         );
         assert!(message(TEXT.replace("1e0", "1e30").as_bytes()).contains("is beyond 1e18"));
-        assert!(message(TEXT.split("endsolid").next().unwrap().as_bytes()).contains("line 1: the solid has no endsolid"));
+        assert!(
+            message(TEXT.split("endsolid").next().unwrap().as_bytes())
+                .contains("line 1: the solid has no endsolid")
+        );
         let mut longer = binary_file(2, 2);
         longer.push(7);
         let scene = parse(&longer, "a.stl").unwrap();
