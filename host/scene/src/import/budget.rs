@@ -105,3 +105,25 @@ pub(super) fn fits(bytes: u64, site: &SourceLocation) -> Result<(), SceneError> 
     let (needed, half) = (memory::display(bytes), memory::display(half));
     Err(site.too_large(format!("{needed} of memory are needed"), format!("{half}, half of the free memory")))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Data that many views name extends the budget as often as the files are long, not as often as
+    /// it is named.
+    #[test]
+    fn compressed_data_that_is_named_often_is_refused() {
+        let site = SourceLocation::new("test", "bufferViews[0]");
+        let mut budget = Budget::new(1000);
+        let (bytes, source) = (64 * 1000, 1000);
+        let granted =
+            (0..1_000_000).take_while(|_| budget.decompress(bytes, source, &site).is_ok()).count() as u64;
+        let most = (BASE + FACTOR * 1000 * (1 + DECOMPRESSED)) / bytes;
+        assert_eq!(granted, most);
+        let mut once = Budget::new(1000);
+        once.decompress(bytes, source, &site).unwrap();
+        // What is made of them may take more than a plain file of this length.
+        assert!(once.take(BASE + DECOMPRESSED * bytes, &site).is_ok() && once.take(1, &site).is_err());
+    }
+}

@@ -90,7 +90,7 @@ pub fn load_below(path: &Path, options: &ModelOptions, folder: &Folder) -> Resul
 /// # Errors
 ///
 /// * [`SceneError::Read`] for a file that cannot be read
-/// * [`SceneError::Malformed`] and [`SceneError::Unsupported`] for a file that is none of these
+/// * [`SceneError::Malformed`] and [`SceneError::Unsupported`] for a file of another format
 /// * [`SceneError::TooLarge`] for more than 16384 texels across or down, or more than fit into
 ///   memory
 pub fn texture(path: &Path, linear: bool) -> Result<TextureImage, SceneError> {

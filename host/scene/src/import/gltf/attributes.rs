@@ -41,7 +41,7 @@ impl<'a> Attributes<'a> {
         Ok(Self { primitive, decoded, site })
     }
 
-    /// Opens the attribute of this name; `None` if there is none.
+    /// Opens the attribute of this name; `None` if the primitive does not have it.
     pub fn open<'e>(
         &'e self,
         document: &'e Document,

@@ -281,3 +281,40 @@ fn variants_change_materials() {
         "{message}"
     );
 }
+
+/// A node whose rotation alone is animated keeps its own scale, mirrored or of nothing; one with a
+/// matrix keeps the parts of that.
+#[test]
+fn what_is_not_animated_stays() {
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    let turn: Vec<f32> = [0.0, 0.0, half, half].repeat(3);
+    let text = moved_by("rotation", "LINEAR", ("VEC4", &turn));
+    let with = |own: &str| text.replace(r#""translation":[7,0,0]"#, own);
+    let x = |own: &str| read(&with(own), &at(1.5)).instances[0].transform.transform_vector3(DVec3::Y);
+    // Y is mirrored, then turned to x.
+    assert!(x(r#""scale":[1,-1,1]"#).abs_diff_eq(DVec3::X, 1e-6));
+    assert!(x(r#""scale":[1,1,1]"#).abs_diff_eq(-DVec3::X, 1e-6));
+    assert!(x(r#""matrix":[1,0,0,0, 0,3,0,0, 0,0,1,0, 0,0,0,1]"#).abs_diff_eq(-3.0 * DVec3::X, 1e-6));
+    let hidden = read(&with(r#""scale":[0,0,0]"#), &at(1.5));
+    assert_eq!(hidden.warnings, ["instances that are scaled to nothing, left out: 1, the first in nodes[0]"]);
+    let flat = read(&with(r#""matrix":[1,0,0,0, 0,0,0,0, 0,0,1,0, 0,0,0,1]"#), &at(1.5));
+    assert!(flat.instances.iter().all(|instance| instance.transform.is_finite()));
+}
+
+/// Under a mirroring root the triangles of a skinned mesh face where its normals point.
+#[test]
+fn a_mirrored_skin_is_not_inside_out() {
+    let binds = [IDENTITY, IDENTITY].concat();
+    let plain = skinned([[1.0, 0.0]; 3], "[1,3]", &binds);
+    let mirrored = plain
+        .replace(r#""translation":[100,0,0]}"#, r#""scale":[-1,1,1]}"#)
+        .replace(r#"{"translation":[0,0,1]}"#, r#"{"scale":[-1,1,1]}"#);
+    let face = |text: &str| {
+        let mesh = read(text, &ModelOptions::default()).meshes.swap_remove(0);
+        let [a, b, c] =
+            mesh.triangles[0].map(|corner| DVec3::from(mesh.positions[corner as usize].map(f64::from)));
+        (b - a).cross(c - a)
+    };
+    assert!(face(&plain).z > 0.0 && face(&mirrored).z > 0.0);
+    assert_eq!(face(&mirrored).z, face(&plain).z);
+}

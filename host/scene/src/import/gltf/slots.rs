@@ -22,7 +22,7 @@ pub struct Slots<'a> {
 }
 
 impl Slots<'_> {
-    /// Reads the texture at `place` of the material; `None` if there is none.
+    /// Reads the texture at `place` of the material; `None` without `info`.
     pub fn texture(
         &mut self,
         output: &mut Output,
