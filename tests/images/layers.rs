@@ -96,7 +96,7 @@ fn unlit_surfaces_show_their_colour(subject: BackendUnderTest) {
     }
 }
 
-/// A lamp inside of a solid is as bright by connections as by chance: connections are absorbed, too.
+/// A lamp inside of a solid is as bright by connections as by chance: connections are absorbed.
 fn connections_inside_agree_with_light(subject: BackendUnderTest) {
     let scene = scene(
         r#""glass": MetallicRoughness(metallic: 0, roughness: 0.3, ior: 1.3, transmission: 1, layers: (volume:
@@ -139,8 +139,8 @@ fn sampling_agrees_with_light(subject: BackendUnderTest) {
     }
 }
 
-/// A closed room of layered white walls that emit is bright by a geometric series, seen from inside:
-/// emission over absorption. Its camera is in a corner, and its size is odd.
+/// A closed room of layered white walls that emit is bright by a geometric series: emission over
+/// absorption. Its camera is in a corner, and its size is odd.
 fn a_closed_room_keeps_its_light(subject: BackendUnderTest) {
     let wall = |layers: &str, metallic: f64| {
         format!(
@@ -236,7 +236,8 @@ fn a_transmission_texture_is_read_once(subject: BackendUnderTest) {
         let settings = Settings { width: 8, height: 8, samples: 256, depth: 2, ..Settings::of(&scene) };
         let Some(mut renderer) = subject.renderer(&scene) else { return };
         let found = mean(&film(&mut renderer, &settings)).x;
-        // Half of the light passes; the noise of 16,384 samples is 0.004. Read twice, a quarter does.
+        // Half of the light passes; the noise of 16,384 samples is 0.004. Read twice, a quarter
+        // does.
         assert!((found - 0.5).abs() < 0.03, "{has_map}: {found}");
     }
 }

@@ -189,7 +189,11 @@ fn other_files_of_a_model_are_missing_or_none() {
     );
     files.refused("web.gltf", gltf(textured("https://a.b/c.png")), &["images[0]", "scheme \"https\""]);
     files.write("text.png", "not a picture");
-    files.refused("text.gltf", gltf(textured("text.png")), &["images[0]", "not an image", "PNG or JPEG"]);
+    files.refused(
+        "text.gltf",
+        gltf(textured("text.png")),
+        &["images[0]", "not an image", "PNG, JPEG, WebP or KTX2"],
+    );
     files.write("short.bin", "short");
     let buffers = json!({ "buffers": [{ "byteLength": 39, "uri": "short.bin" }] });
     files.refused("short.gltf", gltf(buffers), &["buffers[0]", "byteLength is 39", "5 bytes", "incomplete"]);
@@ -425,7 +429,7 @@ fn a_scene_names_files_that_are_missing_or_none() {
     files.refused("model.ron", mesh, &["model.ron:7:12: ", "not a model", ".gltf, .glb, .obj, .ply"]);
     files.refused("extension.fbx", "", &["extension.fbx"]);
     let texture = scene("textures: { \"a\": (file: \"good.gltf\") },", "");
-    refused(&files.write("image.ron", texture), &["good.gltf", "not an image", "PNG or JPEG"]);
+    refused(&files.write("image.ron", texture), &["good.gltf", "not an image", "PNG, JPEG, WebP or KTX2"]);
     // An error within a model is placed there.
     files.write("bad.obj", "v 0 0 0\nf 1 2 3\n");
     let mesh = scene("", "Mesh(file: \"bad.obj\")");

@@ -1,5 +1,6 @@
 //! Rough boundary of a dielectric over a base: what it reflects, and what it lets pass.
 
+use super::Bsdf;
 use crate::material::Material;
 use crate::math::min;
 use crate::microfacet_albedo::{
@@ -72,4 +73,13 @@ impl Boundary {
 pub(super) fn dielectric_f0(material: &Material) -> f32 {
     let r = (material.ior - 1.0) * (1.0 / (material.ior + 1.0));
     r * r
+}
+
+/// Returns the diffuseness of a metal's and a dielectric's mix: the diffuse part, and of the rest
+/// what the width of the lobe makes.
+#[inline(always)]
+pub(super) fn diffuseness(bsdf: &Bsdf) -> f32 {
+    let m = &bsdf.material;
+    let base = (1.0 - m.metallic) * (1.0 - m.transmission);
+    base + (1.0 - base) * (bsdf.alpha * bsdf.alpha)
 }

@@ -4,7 +4,7 @@
 //! Each layer weakens what is below it by the greater of its albedos from both directions, so that
 //! the whole is reciprocal and reflects no more light than arrives.
 
-use super::boundary::{Boundary, dielectric_f0};
+use super::boundary::{Boundary, dielectric_f0, diffuseness};
 use super::coat::Coat;
 use super::microfacets::{Facet, FacetEval, Lost, MicrofacetLobe, Proposal, cosine_direction};
 use super::{Bsdf, BsdfEval, sheen, thin_film};
@@ -26,9 +26,7 @@ impl MicrofacetLobe for Layered {
 
     #[inline(always)]
     fn diffuseness(bsdf: &Bsdf) -> f32 {
-        let m = &bsdf.material;
-        let base = (1.0 - m.metallic) * (1.0 - m.transmission);
-        base + (1.0 - base) * (bsdf.alpha * bsdf.alpha)
+        diffuseness(bsdf)
     }
 
     /// All lobes have a width.

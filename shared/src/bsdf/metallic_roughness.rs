@@ -1,6 +1,6 @@
 //! glTF's material: a mix of a metal and a dielectric over a diffuse or clear base.
 
-use super::boundary::{Boundary, dielectric_f0};
+use super::boundary::{Boundary, dielectric_f0, diffuseness};
 use super::microfacets::{Facet, FacetEval, Lost, MicrofacetLobe, Prepared, Proposal, cosine_direction};
 use super::{Bsdf, BsdfEval};
 use crate::fresnel;
@@ -17,9 +17,7 @@ pub(super) struct MetallicRoughness;
 impl MicrofacetLobe for MetallicRoughness {
     #[inline(always)]
     fn diffuseness(bsdf: &Bsdf) -> f32 {
-        let m = &bsdf.material;
-        let base = (1.0 - m.metallic) * (1.0 - m.transmission);
-        base + (1.0 - base) * (bsdf.alpha * bsdf.alpha)
+        diffuseness(bsdf)
     }
 
     #[inline(always)]

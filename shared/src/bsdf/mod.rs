@@ -13,6 +13,7 @@ mod boundary;
 mod coat;
 mod conductor;
 mod dielectric;
+mod frame;
 mod lambertian;
 mod layered;
 mod metal;
@@ -20,6 +21,7 @@ mod metallic_roughness;
 mod microfacets;
 mod normal_map;
 mod rough_dielectric;
+mod sample;
 mod sheen;
 mod textures;
 mod thin_film;
@@ -27,10 +29,9 @@ mod thin_film;
 use self::layered::LayeredLobes;
 use self::microfacets::Prepared;
 use crate::features::{BOOK, FeatureSet, Features, LAYERS, MICROFACETS, NEE, NORMAL_MAPS, of_material};
-use crate::layers::{MaterialLayers, SOLID};
+use crate::layers::MaterialLayers;
 use crate::material::Material;
-use crate::math::{basis, max, normalize, sqrt};
-use crate::microfacet::MIN_ROUGH_ALPHA;
+use crate::math::{basis, max, normalize};
 use crate::rng::Words;
 use glam::Vec3;
 
@@ -108,6 +109,8 @@ use {of_book, of_microfacets};
 
 pub use book::{Scatter, scatter};
 pub use normal_map::BsdfNormals;
+use sample::ZERO_EVAL;
+pub use sample::{BsdfEval, BsdfSample};
 pub use textures::{Slots, TexturePoint, TexturedMaterial, load_material, opacity};
 /// Slots of a material's textures.
 pub mod slots {
@@ -131,52 +134,6 @@ pub fn is_layered<const POSSIBLE: Features>(features: FeatureSet<POSSIBLE>, kind
 fn uses_microfacets<const POSSIBLE: Features>(features: FeatureSet<POSSIBLE>, kind: u32) -> bool {
     features.has_any(MICROFACETS) && (!features.has_any(BOOK) || is_microfacet(kind))
 }
-
-/// Direction in which the path continues. (Vectors begin rows of 16 bytes: naga lays records out
-/// so.)
-#[repr(C, align(16))]
-#[derive(Clone, Copy, Debug)]
-pub struct BsdfSample {
-    /// Unit vector, in world coordinates.
-    pub direction: Vec3,
-    /// pdf of the direction, per steradian; 0 for a delta lobe, which light sampling cannot find.
-    pub pdf: f32,
-    /// Value times |cosine| over pdf: factor on the throughput.
-    pub weight: Vec3,
-    /// True if the direction is on the other side of the surface than the viewer.
-    pub transmitted: bool,
-    /// True if the path ends here.
-    pub absorbed: bool,
-}
-
-impl BsdfSample {
-    /// Sets weight and pdf of a direction with this value and pdf.
-    #[inline(always)]
-    fn weigh(&mut self, BsdfEval { value, pdf }: BsdfEval) {
-        // Written so that a pdf of NaN also ends the path.
-        if pdf > 0.0 {
-            (self.weight, self.pdf) = (value * (1.0 / pdf), pdf);
-        } else {
-            self.absorbed = true;
-        }
-    }
-}
-
-/// Value of a BSDF for one direction, and pdf of sampling that direction.
-#[repr(C, align(16))]
-#[derive(Clone, Copy, Debug)]
-pub struct BsdfEval {
-    /// Value times |cosine| by channel; zero where the surface does not scatter.
-    pub value: Vec3,
-    /// pdf of sampling this direction, per steradian.
-    pub pdf: f32,
-}
-
-const ZERO_EVAL: BsdfEval = BsdfEval { value: Vec3::ZERO, pdf: 0.0 };
-
-/// Least difference of a solid's index of refraction from 1: facets that bend no light have no
-/// normal that sends one direction to the other.
-const MIN_BEND: f32 = 1e-3;
 
 /// BSDF of a material at a point, seen from a given direction.
 #[derive(Clone, Copy, Debug)]
@@ -272,57 +229,6 @@ impl Bsdf {
             bsdf.prepare(features);
         }
         bsdf
-    }
-
-    /// Returns the BSDF with the layers of its material, if that is layered, and with its frame
-    /// along `tangent`, whose bitangent is to the side of `handedness`. `dispersed` is the factor
-    /// of refracted light.
-    #[inline(always)]
-    pub fn with_layers<const POSSIBLE: Features>(
-        mut self,
-        features: FeatureSet<POSSIBLE>,
-        layers: MaterialLayers,
-        tangent: Vec3,
-        handedness: f32,
-        dispersed: Vec3,
-    ) -> Self {
-        if !is_layered(features, self.material.kind) {
-            return self;
-        }
-        (self.layers, self.dispersed) = (layers, dispersed);
-        if !self.front && layers.flags & SOLID != 0 {
-            // Coat, sheen and film are outside of a solid.
-            (self.layers.coat, self.layers.film) = (0.0, 0.0);
-            self.layers.sheen_color = Vec3::ZERO;
-        }
-        if layers.flags & SOLID != 0 && (self.material.ior - 1.0).abs() < MIN_BEND {
-            self.material.ior = 1.0 + MIN_BEND;
-        }
-        let alpha = max(self.alpha, MIN_ROUGH_ALPHA);
-        self.alpha_y = alpha;
-        self.alpha_x = alpha + (1.0 - alpha) * layers.anisotropy * layers.anisotropy;
-        // For the fits of albedos: facets stretched one way lose what others of this alpha do.
-        self.alpha = 0.5 * (self.alpha_x + alpha);
-        self.material.roughness = sqrt(self.alpha);
-        let along = tangent - self.normal * tangent.dot(self.normal);
-        if layers.anisotropy > 0.0 && along.dot(along) > 1e-12 {
-            let tangent = normalize(along);
-            // The handedness is that of the front's normal.
-            let side = if self.front { handedness } else { -handedness };
-            let bitangent = self.normal.cross(tangent) * side;
-            let x = normalize(tangent * layers.anisotropy_cos + bitangent * layers.anisotropy_sin);
-            let y = self.normal.cross(x);
-            let (m, s) = (self.local_mapped, self.local_smooth);
-            let mapped = self.x * m.x + self.y * m.y + self.normal * m.z;
-            let smooth = self.x * s.x + self.y * s.y + self.normal * s.z;
-            (self.x, self.y) = (x, y);
-            let height = self.local_viewer.z;
-            self.local_viewer = Vec3::new(self.viewer.dot(x), self.viewer.dot(y), height);
-            self.local_mapped = self.world_to_local(mapped);
-            self.local_smooth = self.world_to_local(smooth);
-        }
-        self.lobes = LayeredLobes::of(&self);
-        self
     }
 
     /// Returns the colour of the surface, by which a denoiser divides: that of a diffuse surface,
