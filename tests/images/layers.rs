@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "this is how a test fails")]
 
 use glam::{DAffine2, DAffine3, DVec3};
+use std::sync::Arc;
 use trisect::film::Film;
 use trisect::render::Settings;
 use trisect::scene::Scene;
@@ -177,12 +178,12 @@ fn a_closed_room_keeps_its_light(subject: BackendUnderTest) {
 /// The transmission of a layered material is multiplied by its texture once, with normal maps in
 /// the scene and without.
 fn a_transmission_texture_is_read_once(subject: BackendUnderTest) {
-    let grey = TextureImage {
+    let grey = Arc::new(TextureImage {
         name: "grey".to_owned(),
         width: 1,
         height: 1,
         texels: Texels::Float(vec![[0.5, 0.5, 1.0, 1.0]]),
-    };
+    });
     let texture = || TextureUse {
         image: 0,
         wrap: [Wrap::Repeat; 2],

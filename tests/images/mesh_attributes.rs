@@ -4,6 +4,7 @@
 
 use glam::{DAffine2, DAffine3, DVec3};
 use std::f64::consts::PI;
+use std::sync::Arc;
 use trisect::film::Film;
 use trisect::render::Settings;
 use trisect::scene::description::{
@@ -52,7 +53,7 @@ fn sunlit(material: Material, mesh: Mesh, transform: DAffine3, images: Vec<Textu
     let model = Description {
         cameras: vec![("test".to_owned(), camera)],
         materials: vec![material],
-        images,
+        images: images.into_iter().map(Arc::new).collect(),
         meshes: vec![mesh],
         instances: vec![Instance { mesh: 0, transform }],
         lights: vec![PunctualLight::Directional { direction: -SUN, irradiance: DVec3::splat(PI) }],

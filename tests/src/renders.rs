@@ -2,6 +2,7 @@
 
 use crate::BackendUnderTest;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use trisect::film::{Film, PixelTotals};
 use trisect::render::{FilmObserver, Renderer, Settings};
@@ -48,8 +49,10 @@ pub fn lit(scene: &Scene, factor: f32) -> Scene {
     scene.lights.iter_mut().for_each(|light| light.intensity *= factor);
     scene.sky.bottom *= factor;
     scene.sky.top *= factor;
-    for texel in scene.environment.iter_mut().flat_map(|environment| &mut environment.texels) {
-        texel.radiance *= factor;
+    if let Some(environment) = &mut scene.environment {
+        for texel in Arc::make_mut(&mut environment.texels) {
+            texel.radiance *= factor;
+        }
     }
     scene
 }

@@ -11,6 +11,7 @@ pub use super::texture::{Filter, Texels, TextureImage, TextureUse, Wrap};
 use super::CameraPose;
 use glam::{DAffine3, DVec3};
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// A whole scene, or a part that a scene file includes.
 #[derive(Clone, Debug, Default)]
@@ -19,8 +20,9 @@ pub struct Description {
     pub cameras: Vec<(String, CameraPose)>,
     /// Materials, indexed by [`Shape::material`] and [`Mesh::material`].
     pub materials: Vec<Material>,
-    /// Images, indexed by [`TextureUse::image`].
-    pub images: Vec<TextureImage>,
+    /// Images, indexed by [`TextureUse::image`]; descriptions of one scene at several times share
+    /// them.
+    pub images: Vec<Arc<TextureImage>>,
     /// Analytic shapes.
     pub shapes: Vec<Shape>,
     /// Triangle meshes, each placed by any number of [`Instance`]s.
@@ -58,7 +60,7 @@ pub enum Sky {
     /// rotation 0 its middle column is seen along -z.
     Image {
         /// Linear radiance, row-major.
-        image: trisect_image::Image,
+        image: Arc<trisect_image::Image>,
         /// Factor on the image's radiance.
         scale: f64,
         /// Rotation about +y in radians, counter-clockwise seen from above.

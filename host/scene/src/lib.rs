@@ -4,6 +4,7 @@
 //! `lower` makes a [`Scene`] of device records from it.
 
 pub mod alias;
+mod animated_scene;
 pub mod builder;
 mod camera;
 mod camera_path;
@@ -14,6 +15,7 @@ mod format;
 mod image_settings;
 pub mod import;
 mod include;
+mod library;
 pub mod light;
 mod limits;
 mod loader;
@@ -35,6 +37,7 @@ mod validate;
 mod values;
 mod warnings;
 
+pub use animated_scene::AnimatedScene;
 pub use camera::CameraPose;
 pub(crate) use camera::{Camera, camera_value};
 pub use camera_path::CameraPath;
@@ -49,6 +52,7 @@ pub(crate) use space::triple;
 
 use description::Description;
 use std::path::Path;
+use std::sync::Arc;
 use trisect_shared::attributes::TriangleAttributes;
 use trisect_shared::environment::EnvironmentTexel;
 use trisect_shared::features::{self, Features};
@@ -71,8 +75,9 @@ pub struct Environment {
     pub height: u32,
     /// Rotation about +y in radians, counter-clockwise seen from above.
     pub rotation: f64,
-    /// `width * height` texels with their alias table.
-    pub texels: Vec<EnvironmentTexel>,
+    /// `width * height` texels with their alias table. Scenes of one file at several times share
+    /// them.
+    pub texels: Arc<[EnvironmentTexel]>,
 }
 
 /// A validated scene: every number is finite and in range, and every index is in range.
@@ -103,8 +108,8 @@ pub struct Scene {
     pub layers: Vec<(MaterialLayers, LayerTextures)>,
     /// Textures, indexed by materials.
     pub textures: Vec<Texture>,
-    /// Texels of all textures.
-    pub texels: Vec<Texel>,
+    /// Texels of all textures. Scenes of one file at several times share them.
+    pub texels: Arc<[Texel]>,
     /// Lights without extent, before their rows of the alias table are filled in.
     pub lights: Vec<Light>,
     /// Warnings for people: what was left out or changed.

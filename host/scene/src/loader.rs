@@ -4,6 +4,7 @@ use super::description::{Description, TextureImage};
 use super::error::SceneError;
 use super::import::ModelOptions;
 use std::path::Path;
+use std::sync::Arc;
 use trisect_image::Image;
 
 /// Reads the files that a scene file names.
@@ -13,8 +14,8 @@ pub trait Loader {
     fn model(&mut self, path: &Path, options: &ModelOptions) -> Result<Description, SceneError>;
 
     /// Reads a panorama: HDR, EXR or PFM by its extension, in upper or lower case.
-    fn panorama(&mut self, path: &Path) -> Result<Image, SceneError>;
+    fn panorama(&mut self, path: &Path) -> Result<Arc<Image>, SceneError>;
 
     /// Reads a texture. Unless `linear`, red, green and blue of an integer format are sRGB-encoded.
-    fn texture(&mut self, path: &Path, linear: bool) -> Result<TextureImage, SceneError>;
+    fn texture(&mut self, path: &Path, linear: bool) -> Result<Arc<TextureImage>, SceneError>;
 }

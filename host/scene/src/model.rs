@@ -5,7 +5,7 @@ use super::ImageSettings;
 use super::description::{Description, ShapeKind, Sky};
 use super::lower::camera_for;
 use super::own_light::OwnLight;
-use crate::Fresnel;
+use crate::{CameraPose, Fresnel};
 use glam::DVec3;
 
 /// A model with the camera and the sky that it lacked.
@@ -16,37 +16,66 @@ pub(super) struct Completed {
     pub notes: Vec<String>,
 }
 
-/// Gives a model a camera that sees all of it, if it has no camera, and a sky of radiance 1, unless
-/// its own lights carry the image.
-pub(super) fn complete(mut model: Description) -> Completed {
+/// The camera and the sky that a model lacks.
+#[derive(Clone, Debug)]
+pub(super) struct Additions {
+    camera: Option<CameraPose>,
+    sky: Option<Sky>,
+    warnings: Vec<String>,
+    notes: Vec<String>,
+}
+
+impl Additions {
+    /// Returns a camera that sees all of a model, if it has no camera, and a sky of radiance 1,
+    /// unless its own lights carry the image.
+    pub fn of(model: &Description) -> Self {
+        let (mut warnings, mut notes) = (Vec::new(), Vec::new());
+        let has_faces = model.instances.iter().filter_map(|instance| model.meshes.get(instance.mesh));
+        let has_faces = has_faces.into_iter().any(|mesh| !mesh.triangles.is_empty());
+        if !has_faces && model.shapes.is_empty() {
+            warnings.push("the model has no triangles: there is nothing to see".to_owned());
+        }
+        let camera = model.cameras.is_empty().then(|| {
+            let (center, radius) = ball(model);
+            warnings.push("no camera: the view shows all of the model".to_owned());
+            camera_for(center, radius)
+        });
+        let mut sky = None;
+        if model.sky.is_none() {
+            let reason = match OwnLight::of(model) {
+                OwnLight::Nothing => Some("no light: the sky has radiance 1"),
+                OwnLight::Little => Some(
+                    "the model's own lights do not carry the image: a sky of radiance 1 is added to them",
+                ),
+                OwnLight::Enough => None,
+            };
+            match reason {
+                Some(reason) => {
+                    sky = Some(Sky::Gradient { bottom: DVec3::ONE, top: DVec3::ONE });
+                    warnings.push(reason.to_owned());
+                }
+                None => notes.push("lit by the model's own lights: no sky is added".to_owned()),
+            }
+        }
+        Self { camera, sky, warnings, notes }
+    }
+}
+
+/// Gives a model the camera and the sky that it lacks.
+pub(super) fn complete(model: Description) -> Completed {
+    let additions = Additions::of(&model);
+    complete_with(model, &additions)
+}
+
+/// Gives a model a camera and a sky, as they were chosen for the model at another time.
+pub(super) fn complete_with(mut model: Description, additions: &Additions) -> Completed {
+    let Additions { camera, sky, warnings, notes: more } = additions.clone();
     let mut notes = std::mem::take(&mut model.notes);
     let image = ImageSettings { width: 640, height: 360, samples: 64, depth: 50, fresnel: Fresnel::Exact };
-    let has_faces = model.instances.iter().filter_map(|instance| model.meshes.get(instance.mesh));
-    let has_faces = has_faces.into_iter().any(|mesh| !mesh.triangles.is_empty());
-    if !has_faces && model.shapes.is_empty() {
-        model.warnings.push("the model has no triangles: there is nothing to see".to_owned());
-    }
-    if model.cameras.is_empty() {
-        let (center, radius) = ball(&model);
-        model.cameras.push(("all".to_owned(), camera_for(center, radius)));
-        model.warnings.push("no camera: the view shows all of the model".to_owned());
-    }
-    if model.sky.is_none() {
-        let reason = match OwnLight::of(&model) {
-            OwnLight::Nothing => Some("no light: the sky has radiance 1"),
-            OwnLight::Little => {
-                Some("the model's own lights do not carry the image: a sky of radiance 1 is added to them")
-            }
-            OwnLight::Enough => None,
-        };
-        match reason {
-            Some(reason) => {
-                model.sky = Some(Sky::Gradient { bottom: DVec3::ONE, top: DVec3::ONE });
-                model.warnings.push(reason.to_owned());
-            }
-            None => notes.push("lit by the model's own lights: no sky is added".to_owned()),
-        }
-    }
+    model.cameras.extend(camera.map(|camera| ("all".to_owned(), camera)));
+    model.sky = model.sky.or(sky);
+    model.warnings.extend(warnings);
+    notes.extend(more);
     Completed { description: model, image, notes }
 }
 

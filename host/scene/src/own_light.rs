@@ -6,6 +6,7 @@
 use super::description::{Description, Material, Mesh, PunctualLight, Texels, TextureImage};
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
+use std::sync::Arc;
 use trisect_image::metrics::srgb;
 use trisect_shared::math::luminance;
 
@@ -64,12 +65,12 @@ impl OwnLight {
 }
 
 /// Returns the luminance that a material emits, averaged over its texture.
-fn emitted(material: &Material, images: &[TextureImage]) -> f64 {
+fn emitted(material: &Material, images: &[Arc<TextureImage>]) -> f64 {
     if material.emission.max_element() <= 0.0 {
         return 0.0;
     }
     let texture = material.emission_texture.as_ref().and_then(|texture| images.get(texture.image));
-    let mean = texture.map_or(DVec3::ONE, mean);
+    let mean = texture.map_or(DVec3::ONE, |image| mean(image));
     f64::from(luminance((material.emission * mean).as_vec3()))
 }
 

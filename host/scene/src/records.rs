@@ -65,7 +65,7 @@ impl Scene {
         bytes.extend_from_slice(bytes_of(&self.camera));
         bytes.extend_from_slice(bytes_of(&rotation));
         bytes.extend_from_slice(bytes_of(&self.sky));
-        put(bytes, environment.map_or(&[], |environment| environment.texels.as_slice()));
+        put(bytes, environment.map_or(&[], |environment| &environment.texels));
         put(bytes, &self.spheres);
         put(bytes, &self.flats);
         put(bytes, &self.triangles);
@@ -100,7 +100,7 @@ impl Scene {
         let camera: CameraPose = reader.record()?;
         let rotation: f64 = reader.record()?;
         let sky: Sky = reader.record()?;
-        let texels = reader.array()?;
+        let texels = reader.array()?.into();
         let environment =
             header.environment.map(|(width, height)| Environment { width, height, rotation, texels });
         if environment
@@ -128,7 +128,7 @@ impl Scene {
                 layers.into_iter().zip(textures).collect()
             },
             textures: reader.array()?,
-            texels: reader.array()?,
+            texels: reader.array()?.into(),
             lights: reader.array()?,
             warnings: header.warnings,
             image: header.image,

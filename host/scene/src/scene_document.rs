@@ -7,6 +7,7 @@ use super::loader::Loader;
 use super::resolve;
 use super::{ImageSettings, Rebase, Scene, SceneError, format, import, lower, model, warnings};
 use std::path::Path;
+use std::sync::Arc;
 use trisect_image::{Image, ImageError};
 use trisect_system::input;
 
@@ -32,10 +33,10 @@ pub struct SceneDocument {
 }
 
 /// A loader that reads from the file system the files that a scene in this folder names.
-struct FromDisk<'a> {
-    folder: &'a Folder,
+pub(super) struct FromDisk<'a> {
+    pub folder: &'a Folder,
     /// Choices for models of which the scene does not make any.
-    options: &'a ModelOptions,
+    pub options: &'a ModelOptions,
 }
 
 impl Loader for FromDisk<'_> {
@@ -43,8 +44,8 @@ impl Loader for FromDisk<'_> {
         import::load_below(path, &options.or(self.options), self.folder)
     }
 
-    fn panorama(&mut self, path: &Path) -> Result<Image, SceneError> {
-        Image::read(path).map_err(|error| match error {
+    fn panorama(&mut self, path: &Path) -> Result<Arc<Image>, SceneError> {
+        Image::read(path).map(Arc::new).map_err(|error| match error {
             ImageError::Io { path, source } => SceneError::Read { path, source },
             ImageError::Codec { message, .. } => {
                 SceneError::Inconsistent { file: path.display().to_string(), message }
@@ -57,8 +58,8 @@ impl Loader for FromDisk<'_> {
         })
     }
 
-    fn texture(&mut self, path: &Path, linear: bool) -> Result<TextureImage, SceneError> {
-        import::texture(path, linear)
+    fn texture(&mut self, path: &Path, linear: bool) -> Result<Arc<TextureImage>, SceneError> {
+        import::texture(path, linear).map(Arc::new)
     }
 }
 
@@ -119,20 +120,30 @@ impl SceneDocument {
     pub fn from_model(model: Description, name: &str) -> Result<Self, SceneError> {
         let refused = |message| SceneError::Inconsistent { file: name.to_owned(), message };
         lower::check_memory(&model).map_err(refused)?;
-        let model::Completed { description, image, notes } = model::complete(model);
-        Ok(Self {
-            name: name.to_owned(),
-            description,
-            image,
-            space: Rebase::IDENTITY,
-            notes,
-            options: ModelOptions::default(),
-        })
+        Ok(Self::of_model(model::complete(model), name))
+    }
+
+    /// Returns the scene of a completed model.
+    pub(super) fn of_model(model: model::Completed, name: &str) -> Self {
+        let model::Completed { description, image, notes } = model;
+        let (name, options) = (name.to_owned(), ModelOptions::default());
+        Self { name, description, image, space: Rebase::IDENTITY, notes, options }
     }
 
     fn read(text: &str, name: &str, folder: &Folder, options: &ModelOptions) -> Result<Self, SceneError> {
+        Self::read_with(text, name, folder, options, &mut FromDisk { folder, options })
+    }
+
+    /// Reads a scene from text, and the files that it names through `loader`.
+    pub(super) fn read_with(
+        text: &str,
+        name: &str,
+        folder: &Folder,
+        options: &ModelOptions,
+        loader: &mut dyn Loader,
+    ) -> Result<Self, SceneError> {
         let file = format::parse(text, name)?;
-        let (description, image) = resolve::describe(&file, folder, &mut FromDisk { folder, options })?;
+        let (description, image) = resolve::describe(&file, folder, loader)?;
         let notes = description.notes.clone();
         let (name, options) = (name.to_owned(), options.clone());
         Ok(Self { name, description, image, space: file.space.space, notes, options })
@@ -147,13 +158,23 @@ impl SceneDocument {
     }
 
     /// Makes the device records, in the file's space and then `space`.
-    pub fn lower(mut self, space: Rebase) -> Result<Scene, SceneError> {
+    pub fn lower(self, space: Rebase) -> Result<Scene, SceneError> {
+        self.lower_with(space, &mut None)
+    }
+
+    /// Makes the device records as [`lower`](Self::lower) does; `looks` are those of the scene at
+    /// another time.
+    pub(super) fn lower_with(
+        mut self,
+        space: Rebase,
+        looks: &mut Option<lower::Looks>,
+    ) -> Result<Scene, SceneError> {
         // Warnings are about the author's own numbers, which a space may move out of range.
         self.description.warnings = self.warnings();
         let inconsistent = |message| SceneError::Inconsistent { file: self.name.clone(), message };
         self.description.check().map_err(inconsistent)?;
         let moved = self.description.move_to(self.space.then(space));
         moved.map_err(|message| SceneError::Inconsistent { file: self.name.clone(), message })?;
-        lower::lower(&self.description, &self.image, &self.name)
+        lower::lower(&self.description, &self.image, &self.name, looks)
     }
 }

@@ -24,9 +24,11 @@ const TRIANGLES: u64 = 1 << 30;
 const SMALL: u64 = 16 << 20;
 
 /// Bytes and triangles that a description may still take.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Budget {
     bytes: u64,
+    /// Bytes of all files.
+    input: u64,
     /// Bytes by which decompressed data may still extend it.
     extension: u64,
     triangles: u64,
@@ -37,14 +39,21 @@ impl Budget {
     pub fn new(input: usize) -> Self {
         let bytes = FACTOR.saturating_mul(input as u64);
         let extension = DECOMPRESSED.saturating_mul(bytes);
-        Self { bytes: BASE.saturating_add(bytes), extension, triangles: TRIANGLES }
+        let (bytes, input) = (BASE.saturating_add(bytes), input as u64);
+        Self { bytes, input, extension, triangles: TRIANGLES }
     }
 
     /// Extends the budget for another file, of `input` bytes.
     pub fn extend(&mut self, input: usize) {
+        self.input = self.input.saturating_add(input as u64);
         let bytes = FACTOR.saturating_mul(input as u64);
         self.bytes = self.bytes.saturating_add(bytes);
         self.extension = self.extension.saturating_add(DECOMPRESSED.saturating_mul(bytes));
+    }
+
+    /// Extends the budget for the files by which `later`, a copy of it, was extended.
+    pub fn extend_as(&mut self, later: &Self) {
+        self.extend(usize::try_from(later.input.saturating_sub(self.input)).unwrap_or(usize::MAX));
     }
 
     /// Takes `bytes` for data that is decompressed from `source` bytes, before they are allocated,
@@ -125,5 +134,19 @@ mod tests {
         once.decompress(bytes, source, &site).unwrap();
         // What is made of them may take more than a plain file of this length.
         assert!(once.take(BASE + DECOMPRESSED * bytes, &site).is_ok() && once.take(1, &site).is_err());
+    }
+
+    /// A budget that is used again has what the files of its first use gave it.
+    #[test]
+    fn files_of_the_first_use_extend_the_next() {
+        let site = SourceLocation::new("test", "images[0]");
+        let mut budget = Budget::new(1000);
+        let mut first = budget.clone();
+        first.extend(500);
+        first.take(BASE + FACTOR * 1500, &site).unwrap();
+        assert!(budget.clone().take(BASE + FACTOR * 1500, &site).is_err());
+        budget.extend_as(&first);
+        budget.extend_as(&first);
+        assert!(budget.take(BASE + FACTOR * 1500, &site).is_ok() && budget.take(1, &site).is_err());
     }
 }

@@ -56,6 +56,11 @@ impl Folder {
         self.read
     }
 
+    /// Returns the paths of all files that were read so far, in order.
+    pub fn files_read(&self) -> &[PathBuf] {
+        &self.read
+    }
+
     /// Returns the folder of the scene file `scene`.
     pub fn of(scene: &Path) -> Self {
         Self::new(scene.parent().map_or_else(PathBuf::new, Path::to_owned))

@@ -6,6 +6,7 @@ use crate::description::{Texels, TextureImage};
 use crate::error::SceneError;
 use std::borrow::Cow;
 use std::collections::HashMap;
+use std::sync::Arc;
 use trisect_image::texture::{MAX_SIDE, Rgba8, TextureDecoder, TextureError};
 
 /// Transfer function of an image's numbers. The image file's own statement of it is ignored, as
@@ -19,7 +20,7 @@ pub(super) enum Curve {
 /// The images that have been read, each once for each transfer function.
 #[derive(Debug, Default)]
 pub(super) struct Images {
-    pub all: Vec<TextureImage>,
+    pub all: Vec<Arc<TextureImage>>,
     index: HashMap<(String, Curve), usize>,
 }
 
@@ -37,7 +38,8 @@ impl Images {
             return Ok(index);
         }
         let other = if curve == Curve::Srgb { Curve::Linear } else { Curve::Srgb };
-        let image = match self.index.get(&(key.to_owned(), other)).and_then(|&index| self.all.get(index)) {
+        let other = self.index.get(&(key.to_owned(), other)).and_then(|&index| self.all.get(index));
+        let image = match other.map(Arc::as_ref) {
             Some(TextureImage {
                 name,
                 width,
@@ -50,7 +52,7 @@ impl Images {
             }
             _ => decode(&read()?, curve, key, site)?,
         };
-        self.all.push(image);
+        self.all.push(Arc::new(image));
         self.index.insert((key.to_owned(), curve), self.all.len() - 1);
         Ok(self.all.len() - 1)
     }

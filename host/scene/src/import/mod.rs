@@ -14,18 +14,20 @@ pub mod gltf;
 mod images;
 mod mesh;
 pub mod obj;
+mod open_model;
 mod options;
 mod origin;
 pub mod ply;
 mod source_location;
 pub mod stl;
 #[cfg(test)]
-mod testing;
+pub(crate) mod testing;
 #[cfg(test)]
 mod tests;
 mod warnings;
 
 pub use files::{Files, Folder, Includes, NoFiles};
+pub(crate) use open_model::OpenModel;
 pub use options::ModelOptions;
 
 use super::description::{Description, TextureImage};

@@ -6,14 +6,14 @@ use std::collections::HashSet;
 const MAX_WARNINGS: usize = 200;
 
 /// Collected warnings: each feature once, and each kind of changed data with its count.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Warnings {
     texts: Vec<String>,
     seen: HashSet<String>,
     tallies: Vec<Tally>,
 }
 
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Tally {
     what: &'static str,
     count: u64,

@@ -3,6 +3,7 @@
 use super::super::description::{Alpha, Material as Described, TextureImage, TextureUse};
 use super::texture::Packer;
 use glam::Vec3;
+use std::sync::Arc;
 use trisect_shared::bsdf::LAMBERTIAN;
 use trisect_shared::layers::{LayerTextures, MaterialLayers};
 use trisect_shared::material::{BLENDED, EMITS_BOTH_SIDES, MASKED, Material, UNLIT};
@@ -15,7 +16,7 @@ use trisect_shared::texture::NO_TEXTURE;
 pub(super) fn lower(
     m: &Described,
     fading_vertices: bool,
-    images: &[TextureImage],
+    images: &[Arc<TextureImage>],
     (textures, layers): (&mut Packer, &mut Vec<(MaterialLayers, LayerTextures)>),
 ) -> Result<Material, String> {
     let mut texture = |use_: &Option<TextureUse>| match use_ {

@@ -3,73 +3,63 @@
 
 mod environment;
 mod geometry;
+mod looks;
 mod material;
 mod tangents;
 mod texture;
 
 pub(super) use geometry::check_memory;
+pub(super) use looks::Looks;
 
 use super::ImageSettings;
-use super::description::{self, Description, Mesh, PunctualLight};
+use super::description::{Description, PunctualLight};
 use super::error::SceneError;
 use super::values::{MAX_MAGNITUDE, MIN_MAGNITUDE};
 use super::{CameraPose, Scene};
 use glam::{DVec3, Vec3};
-use std::collections::HashSet;
 use trisect_shared::sky::Sky;
 
 /// Makes the records of a description; its first camera is used. `name` stands for the file in
-/// messages.
+/// messages. `looks` are taken as they are if they are those of the description, and replaced
+/// otherwise.
 pub(super) fn lower(
     description: &Description,
     image: &ImageSettings,
     name: &str,
+    looks: &mut Option<Looks>,
 ) -> Result<Scene, SceneError> {
     let inconsistent = |message: String| SceneError::Inconsistent { file: name.to_owned(), message };
     let Some((_, camera)) = description.cameras.first() else {
         return Err(inconsistent("no camera; add one".to_owned()));
     };
-    let (sky, environment) = match &description.sky {
-        None => (uniform(Vec3::ZERO), None),
-        Some(description::Sky::Gradient { bottom, top }) => {
-            (Sky { bottom: bottom.as_vec3(), pad0: 0, top: top.as_vec3(), pad1: 0 }, None)
-        }
-        Some(description::Sky::Image { image, scale, rotation }) => {
-            let environment = environment::lower(image, *scale, *rotation).map_err(inconsistent)?;
-            (uniform(Vec3::ZERO), Some(environment))
-        }
+    let known = looks.take().filter(|looks| looks.are_of(description));
+    let of = match known {
+        Some(known) => known,
+        None => Looks::of(description).map_err(inconsistent)?,
     };
-    let mut textures = texture::Packer::default();
-    let mut layers = Vec::new();
-    let mut materials = Vec::with_capacity(description.materials.len());
-    let fading = |mesh: &&Mesh| mesh.colors.iter().any(|color| color[3] < 1.0);
-    let fading: HashSet<usize> = description.meshes.iter().filter(fading).map(|mesh| mesh.material).collect();
-    for (index, material) in description.materials.iter().enumerate() {
-        let fades = fading.contains(&index);
-        let record = material::lower(material, fades, &description.images, (&mut textures, &mut layers));
-        materials.push(record.map_err(inconsistent)?);
-    }
     let geometry = geometry::lower(description).map_err(inconsistent)?;
     let mut warnings = description.warnings.clone();
     warnings.extend(geometry.warnings);
-    let scene = Scene {
+    let mut scene = Scene {
         name: name.to_owned(),
         camera: *camera,
-        sky,
-        environment,
+        sky: uniform(Vec3::ZERO),
+        environment: None,
         spheres: geometry.spheres,
         flats: geometry.flats,
         triangles: geometry.triangles,
         shading: geometry.shading,
         attributes: geometry.attributes,
-        materials,
-        layers,
-        textures: textures.textures,
-        texels: textures.texels,
+        materials: Vec::new(),
+        layers: Vec::new(),
+        textures: Vec::new(),
+        texels: [].into(),
         lights: description.lights.iter().map(PunctualLight::record).collect(),
         warnings,
         image: *image,
     };
+    of.give(&mut scene);
+    *looks = Some(of);
     scene.validate()?;
     Ok(scene)
 }

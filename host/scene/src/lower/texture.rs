@@ -3,6 +3,7 @@
 use super::super::description::{Filter, Texels, TextureImage, TextureUse, Wrap};
 use half::f16;
 use std::collections::HashMap;
+use std::sync::Arc;
 use trisect_image::metrics::srgb;
 use trisect_shared::texture::{CLAMP, MIRROR, NEAREST, REPEAT, SECOND_SET, Texel, Texture};
 
@@ -21,7 +22,7 @@ pub(super) struct Packer {
 
 impl Packer {
     /// Returns the index of the texture that reads `use_`, and adds it at its first use.
-    pub fn add(&mut self, use_: &TextureUse, images: &[TextureImage]) -> Result<u32, String> {
+    pub fn add(&mut self, use_: &TextureUse, images: &[Arc<TextureImage>]) -> Result<u32, String> {
         let Some(image) = images.get(use_.image) else {
             return Err(format!(
                 "a texture reads image {}, but there are {} images",
@@ -129,7 +130,7 @@ mod tests {
     #[test]
     fn ways_of_reading_an_image_are_listed_once_each() {
         let texels = Texels::Linear8(vec![[0, 51, 255, 255], [255, 51, 255, 255]]);
-        let images = [TextureImage { name: "a".to_owned(), width: 2, height: 1, texels }];
+        let images = [TextureImage { name: "a".to_owned(), width: 2, height: 1, texels }.into()];
         let at = |offset: u32| TextureUse {
             image: 0,
             wrap: [Wrap::Repeat; 2],

@@ -85,7 +85,7 @@ fn a_bright_texel_is_no_lamp() {
     texels[5] = [255; 4];
     let textured = |texels: Texels| {
         let mut textured = room(15.0);
-        textured.images.push(TextureImage { name: String::new(), width: 32, height: 32, texels });
+        textured.images.push(TextureImage { name: String::new(), width: 32, height: 32, texels }.into());
         textured.materials[1].emission_texture = Some(TextureUse {
             image: 0,
             wrap: [Wrap::Repeat; 2],

@@ -8,6 +8,7 @@ use crate::description::TextureImage;
 use crate::import::ModelOptions;
 use glam::DAffine3;
 use std::path::Path;
+use std::sync::Arc;
 use trisect_image::Image;
 
 /// Stands for the file system; records the files that were requested.
@@ -64,16 +65,16 @@ impl Loader for Files {
         })
     }
 
-    fn panorama(&mut self, path: &Path) -> Result<Image, SceneError> {
+    fn panorama(&mut self, path: &Path) -> Result<Arc<Image>, SceneError> {
         self.ask(path)?;
-        Ok(Image { width: 1, height: 1, pixels: vec![[1.0; 3]] })
+        Ok(Arc::new(Image { width: 1, height: 1, pixels: vec![[1.0; 3]] }))
     }
 
-    fn texture(&mut self, path: &Path, linear: bool) -> Result<TextureImage, SceneError> {
+    fn texture(&mut self, path: &Path, linear: bool) -> Result<Arc<TextureImage>, SceneError> {
         self.ask(path)?;
         let texels = vec![[255; 4]];
         let texels = if linear { Texels::Linear8(texels) } else { Texels::Srgb8(texels) };
-        Ok(TextureImage { name: path.display().to_string(), width: 1, height: 1, texels })
+        Ok(Arc::new(TextureImage { name: path.display().to_string(), width: 1, height: 1, texels }))
     }
 }
 

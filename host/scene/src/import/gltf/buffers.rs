@@ -27,7 +27,7 @@ pub struct Buffers<'a> {
 
 #[derive(Debug)]
 enum Content<'a> {
-    Chunk(&'a [u8]),
+    Chunk(Cow<'a, [u8]>),
     File {
         bytes: Rc<Vec<u8>>,
         length: usize,
@@ -70,7 +70,7 @@ impl<'a> Buffers<'a> {
                 }
                 (None, Some(chunk)) if index == 0 => {
                     let content = usize::try_from(buffer.byte_length).ok().and_then(|end| chunk.get(..end));
-                    Content::Chunk(content.ok_or_else(|| short(chunk.len()))?)
+                    Content::Chunk(Cow::Borrowed(content.ok_or_else(|| short(chunk.len()))?))
                 }
                 (None, _)
                     if buffer
@@ -99,6 +99,17 @@ impl<'a> Buffers<'a> {
         Ok(buffers)
     }
 
+    /// Returns the buffers with copies of what they borrow.
+    pub fn into_owned(self) -> Buffers<'static> {
+        let own = |content| match content {
+            Content::Chunk(bytes) => Content::Chunk(Cow::Owned(bytes.into_owned())),
+            Content::File { bytes, length } => Content::File { bytes, length },
+            Content::Placeholder => Content::Placeholder,
+        };
+        let contents = self.contents.into_iter().map(own).collect();
+        Buffers { contents, decompressed: self.decompressed }
+    }
+
     /// Returns bytes of a buffer.
     fn range(
         &self,
@@ -108,7 +119,7 @@ impl<'a> Buffers<'a> {
         site: &SourceLocation,
     ) -> Result<&[u8], SceneError> {
         let content = match get(&self.contents, buffer, "buffers", site)? {
-            Content::Chunk(bytes) => bytes,
+            Content::Chunk(bytes) => bytes.as_ref(),
             Content::File { bytes, length } => bytes.get(..*length).unwrap_or_default(),
             Content::Placeholder => {
                 let problem = format!("buffers[{buffer}] has no data but that of compressed views");

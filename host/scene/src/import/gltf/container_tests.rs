@@ -26,8 +26,8 @@ fn mesh(bytes: &[u8]) -> Mesh {
 }
 
 fn texels(bytes: &[u8]) -> Vec<[u8; 4]> {
-    match read(bytes).unwrap().images.swap_remove(0).texels {
-        Texels::Srgb8(texels) => texels,
+    match &read(bytes).unwrap().images[0].texels {
+        Texels::Srgb8(texels) => texels.clone(),
         _ => panic!("a base colour is sRGB-encoded"),
     }
 }

@@ -35,6 +35,7 @@ use crate::error::SceneError;
 use buffers::Buffers;
 use container::Container;
 use json::Root;
+use std::borrow::Cow;
 
 /// Reads glTF 2.0 from `bytes`, JSON or GLB, as `options` choose; `name` stands for the file in
 /// messages.
@@ -77,43 +78,94 @@ pub fn parse(
     options: &ModelOptions,
     files: &mut dyn Files,
 ) -> Result<Description, SceneError> {
-    let Container { json, chunk, aligned } = match bytes.starts_with(container::MAGIC) {
-        true => container::split(bytes, name)?,
-        false => Container { json: bytes, chunk: None, aligned: true },
-    };
-    let text = str::from_utf8(json).map_err(|error| {
-        let place = format!("byte {} of the JSON", error.valid_up_to());
-        SourceLocation::new(name, place).malformed("it is not UTF-8", "glTF's JSON must be UTF-8")
-    })?;
-    let root = json::parse(text, name)?;
-    let mut warnings = Warnings::default();
-    if !aligned {
-        warnings.once("the chunks of the GLB are not aligned to 4 bytes, and read where they are");
+    Gltf::open(bytes, name, files)?.describe(options, files)
+}
+
+/// A glTF file that was read: its document, its buffers, and the images that descriptions used.
+pub struct Gltf<'a> {
+    document: Document<'a>,
+    images: Images,
+    /// Warnings about the whole document.
+    warnings: Warnings,
+    /// Bytes and triangles that a description may take.
+    budget: Budget,
+}
+
+impl<'a> Gltf<'a> {
+    /// Reads the document and its buffers from `bytes`, JSON or GLB.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`parse`] for the document and its buffers.
+    pub fn open(bytes: &'a [u8], name: &'a str, files: &mut dyn Files) -> Result<Self, SceneError> {
+        let Container { json, chunk, aligned } = match bytes.starts_with(container::MAGIC) {
+            true => container::split(bytes, name)?,
+            false => Container { json: bytes, chunk: None, aligned: true },
+        };
+        let text = str::from_utf8(json).map_err(|error| {
+            let place = format!("byte {} of the JSON", error.valid_up_to());
+            SourceLocation::new(name, place).malformed("it is not UTF-8", "glTF's JSON must be UTF-8")
+        })?;
+        let root = json::parse(text, name)?;
+        let mut warnings = Warnings::default();
+        if !aligned {
+            warnings.once("the chunks of the GLB are not aligned to 4 bytes, and read where they are");
+        }
+        features::check(&root, name, &mut warnings)?;
+        let mut budget = Budget::new(bytes.len());
+        let buffers = Buffers::read(&root, name, chunk, files, &mut budget)?;
+        let document = Document { name: Cow::Borrowed(name), root, buffers };
+        Ok(Self { document, images: Images::default(), warnings, budget })
     }
-    features::check(&root, name, &mut warnings)?;
-    let mut budget = Budget::new(bytes.len());
-    let buffers = Buffers::read(&root, name, chunk, files, &mut budget)?;
-    let document = Document { name, root, buffers };
-    let (description, images, notes) = (Description::default(), Images::default(), Vec::new());
-    let mut output = Output { description, images, warnings, notes, budget, files };
-    scene::read(&document, &mut output, options)?;
-    let Output { mut description, images, warnings, notes, .. } = output;
-    description.images = images.all;
-    description.notes = notes;
-    description.warnings = warnings.finish();
-    Ok(description)
+
+    /// Returns the file with copies of what it borrows.
+    pub fn into_owned(self) -> Gltf<'static> {
+        let Self { document: Document { name, root, buffers }, images, warnings, budget } = self;
+        let name = Cow::Owned(name.into_owned());
+        let document = Document { name, root, buffers: buffers.into_owned() };
+        Gltf { document, images, warnings, budget }
+    }
+
+    /// Returns whether the file has animations.
+    pub fn is_animated(&self) -> bool {
+        !self.document.root.animations.is_empty()
+    }
+
+    /// Describes the scene as `options` choose. Each image is read once, also for several
+    /// descriptions.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`parse`] for the scene.
+    pub fn describe(
+        &mut self,
+        options: &ModelOptions,
+        files: &mut dyn Files,
+    ) -> Result<Description, SceneError> {
+        let (images, warnings, budget) =
+            (std::mem::take(&mut self.images), self.warnings.clone(), self.budget.clone());
+        let (description, notes) = (Description::default(), Vec::new());
+        let mut output = Output { description, images, warnings, notes, budget, files };
+        scene::read(&self.document, &mut output, options)?;
+        let Output { mut description, images, warnings, notes, budget, .. } = output;
+        description.images.clone_from(&images.all);
+        (description.notes, description.warnings) = (notes, warnings.finish());
+        self.images = images;
+        self.budget.extend_as(&budget);
+        Ok(description)
+    }
 }
 
 /// A document with its buffers: the input of the readers.
 struct Document<'a> {
-    name: &'a str,
+    name: Cow<'a, str>,
     root: Root,
     buffers: Buffers<'a>,
 }
 
-impl<'a> Document<'a> {
-    fn site(&self, place: impl Into<String>) -> SourceLocation<'a> {
-        SourceLocation::new(self.name, place)
+impl Document<'_> {
+    fn site(&self, place: impl Into<String>) -> SourceLocation<'_> {
+        SourceLocation::new(&self.name, place)
     }
 }
 

@@ -28,7 +28,7 @@ pub fn choose<'a>(
     options: &ModelOptions,
 ) -> Result<Pose<'a>, SceneError> {
     let animations = &document.root.animations;
-    let mut pose = Pose::at_rest(&document.root, document.name);
+    let mut pose = Pose::at_rest(&document.root, &document.name);
     let list = || {
         let names = animations.iter().take(8).map(|of| format!("\"{}\"", label(of)));
         let more = if animations.len() > 8 { ", …" } else { "" };

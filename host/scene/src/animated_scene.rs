@@ -1,0 +1,104 @@
+//! A scene at any time of the animations of its models.
+
+use super::import::{self, Folder, Includes, ModelOptions};
+use super::library::Library;
+use super::loader::Loader;
+use super::lower::{self, Looks};
+use super::model::{self, Additions};
+use super::{Rebase, Scene, SceneDocument, SceneError};
+use std::path::{Path, PathBuf};
+use trisect_system::input;
+
+/// A scene file, or a model, whose models move. Its files are read, its images decoded and its
+/// textures packed once.
+pub struct AnimatedScene {
+    content: Content,
+    /// File of the scene, for messages.
+    name: String,
+    folder: Folder,
+    library: Library,
+    /// Records that do not change with time.
+    looks: Option<Looks>,
+}
+
+enum Content {
+    /// A model, with the camera and the sky that it lacks at the start.
+    Model { path: PathBuf, additions: Option<Box<Additions>> },
+    /// Text of a scene file.
+    File(String),
+}
+
+impl AnimatedScene {
+    /// Reads a scene file, or a model, as [`SceneDocument::load_including`] does. `options` name
+    /// the animation; their time, or 0, is the start, at which a model without a camera gets one
+    /// for all times.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError::Inconsistent`] for a scene of which nothing moves; those of
+    /// [`SceneDocument::load_including`].
+    pub fn load(path: &Path, includes: Includes, options: &ModelOptions) -> Result<Self, SceneError> {
+        let name = path.display().to_string();
+        let folder = Folder::of(path).including(includes);
+        let content = if import::is_model(path) {
+            Content::Model { path: path.to_owned(), additions: None }
+        } else if path.extension().is_some_and(|extension| !extension.eq_ignore_ascii_case("ron")) {
+            return Err(SceneError::UnknownFormat { path: path.to_owned() });
+        } else {
+            let read = input::read_text(path);
+            Content::File(read.map_err(|source| SceneError::Read { path: path.to_owned(), source })?)
+        };
+        let library = Library::new(folder.clone(), options.clone());
+        let mut scene = Self { content, name, folder, library, looks: None };
+        scene.document(options.time.unwrap_or(0.0))?;
+        if !scene.library.has_moved {
+            let message = match &scene.content {
+                Content::Model { .. } => "the model has no animation: it is the same at all times",
+                Content::File(_) => {
+                    "none of its models moves: a model needs an animation, and no `time` or `animation` of its own in the file"
+                }
+            };
+            let message = format!("{message}; render one image of it");
+            return Err(SceneError::Inconsistent { file: scene.name, message });
+        }
+        Ok(scene)
+    }
+
+    /// Returns the scene at a time of the animation, in seconds.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`SceneDocument::load_including`].
+    pub fn document(&mut self, time: f64) -> Result<SceneDocument, SceneError> {
+        let Self { content, name, folder, library, .. } = self;
+        library.options.time = Some(time);
+        match content {
+            Content::File(text) => {
+                let options = library.options.clone();
+                SceneDocument::read_with(text, name, folder, &options, library)
+            }
+            Content::Model { path, additions } => {
+                let model = library.model(path, &ModelOptions::default())?;
+                let refused = |message| SceneError::Inconsistent { file: name.clone(), message };
+                lower::check_memory(&model).map_err(refused)?;
+                let additions = additions.get_or_insert_with(|| Box::new(Additions::of(&model)));
+                let completed = model::complete_with(model, additions);
+                let options = library.options.clone();
+                Ok(SceneDocument { options, ..SceneDocument::of_model(completed, name) })
+            }
+        }
+    }
+
+    /// Makes the device records of a [`document`](Self::document), in the file's space. Materials
+    /// and textures that did not change since the last one are taken from it.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`SceneDocument::lower`].
+    pub fn lower(&mut self, document: SceneDocument) -> Result<Scene, SceneError> {
+        document.lower_with(Rebase::IDENTITY, &mut self.looks)
+    }
+}
+
+#[cfg(test)]
+mod tests;

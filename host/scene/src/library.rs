@@ -1,0 +1,63 @@
+//! Files that a scene names, each read once, for the scene at several times.
+
+use super::description::{Description, TextureImage};
+use super::error::SceneError;
+use super::import::{Folder, ModelOptions, OpenModel};
+use super::loader::Loader;
+use super::scene_document::FromDisk;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use trisect_image::Image;
+
+/// A loader that reads each file once, and gives models at a time.
+pub(super) struct Library {
+    folder: Folder,
+    /// Choices for models of which the scene does not make any.
+    pub options: ModelOptions,
+    models: HashMap<PathBuf, OpenModel>,
+    panoramas: HashMap<PathBuf, Arc<Image>>,
+    textures: HashMap<(PathBuf, bool), Arc<TextureImage>>,
+    /// True once a model was given at the time of [`options`](Self::options) that has animations.
+    pub has_moved: bool,
+}
+
+impl Library {
+    /// Returns a library of the files that a scene in `folder` names, before any is read.
+    pub fn new(folder: Folder, options: ModelOptions) -> Self {
+        let (models, panoramas, textures) = (HashMap::new(), HashMap::new(), HashMap::new());
+        Self { folder, options, models, panoramas, textures, has_moved: false }
+    }
+}
+
+impl Loader for Library {
+    fn model(&mut self, path: &Path, options: &ModelOptions) -> Result<Description, SceneError> {
+        if !self.models.contains_key(path) {
+            self.models.insert(path.to_owned(), OpenModel::open(path, &self.folder)?);
+        }
+        let unknown = || SceneError::UnknownFormat { path: path.to_owned() };
+        let model = self.models.get_mut(path).ok_or_else(unknown)?;
+        let follows = options.time.is_none() && options.animation.is_none();
+        self.has_moved |= follows && model.is_animated();
+        model.describe(&options.or(&self.options))
+    }
+
+    fn panorama(&mut self, path: &Path) -> Result<Arc<Image>, SceneError> {
+        if let Some(known) = self.panoramas.get(path) {
+            return Ok(Arc::clone(known));
+        }
+        let read = FromDisk { folder: &self.folder, options: &self.options }.panorama(path)?;
+        self.panoramas.insert(path.to_owned(), Arc::clone(&read));
+        Ok(read)
+    }
+
+    fn texture(&mut self, path: &Path, linear: bool) -> Result<Arc<TextureImage>, SceneError> {
+        let key = (path.to_owned(), linear);
+        if let Some(known) = self.textures.get(&key) {
+            return Ok(Arc::clone(known));
+        }
+        let read = FromDisk { folder: &self.folder, options: &self.options }.texture(path, linear)?;
+        self.textures.insert(key, Arc::clone(&read));
+        Ok(read)
+    }
+}

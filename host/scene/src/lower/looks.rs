@@ -1,0 +1,104 @@
+//! Records of materials, textures and sky, which do not change when a scene moves.
+
+use super::super::description::{Description, Material, Mesh, Sky, TextureImage};
+use super::super::{Environment, Scene};
+use super::{environment, material, texture, uniform};
+use glam::Vec3;
+use std::collections::HashSet;
+use std::sync::Arc;
+use trisect_shared::layers::{LayerTextures, MaterialLayers};
+use trisect_shared::material::Material as Record;
+use trisect_shared::sky;
+use trisect_shared::texture::{Texel, Texture};
+
+/// Records of materials, textures and sky, with what they were made of.
+#[derive(Clone, Debug)]
+pub struct Looks {
+    materials: Vec<Material>,
+    /// Materials of meshes that have vertices of an opacity below 1.
+    fading: HashSet<usize>,
+    images: Vec<Arc<TextureImage>>,
+    sky: Option<Sky>,
+    records: Records,
+}
+
+#[derive(Clone, Debug)]
+struct Records {
+    sky: sky::Sky,
+    environment: Option<Environment>,
+    materials: Vec<Record>,
+    layers: Vec<(MaterialLayers, LayerTextures)>,
+    textures: Vec<Texture>,
+    texels: Arc<[Texel]>,
+}
+
+impl Looks {
+    /// Makes the records of a description.
+    ///
+    /// # Errors
+    ///
+    /// A message that names the material or the sky.
+    pub fn of(description: &Description) -> Result<Self, String> {
+        let (sky, environment) = match &description.sky {
+            None => (uniform(Vec3::ZERO), None),
+            Some(Sky::Gradient { bottom, top }) => {
+                (sky::Sky { bottom: bottom.as_vec3(), pad0: 0, top: top.as_vec3(), pad1: 0 }, None)
+            }
+            Some(Sky::Image { image, scale, rotation }) => {
+                (uniform(Vec3::ZERO), Some(environment::lower(image, *scale, *rotation)?))
+            }
+        };
+        let mut textures = texture::Packer::default();
+        let mut layers = Vec::new();
+        let mut materials = Vec::with_capacity(description.materials.len());
+        let fading = fading(description);
+        for (index, material) in description.materials.iter().enumerate() {
+            let fades = fading.contains(&index);
+            let record = material::lower(material, fades, &description.images, (&mut textures, &mut layers))?;
+            materials.push(record);
+        }
+        let texture::Packer { textures, texels, .. } = textures;
+        let records = Records { sky, environment, materials, layers, textures, texels: texels.into() };
+        let (materials, images) = (description.materials.clone(), description.images.clone());
+        Ok(Self { materials, fading, images, sky: description.sky.clone(), records })
+    }
+
+    /// Returns whether the records are those of a description.
+    pub fn are_of(&self, description: &Description) -> bool {
+        let images = self.images.iter().zip(&description.images);
+        self.images.len() == description.images.len()
+            && images.into_iter().all(|(a, b)| Arc::ptr_eq(a, b))
+            && is_same_sky(self.sky.as_ref(), description.sky.as_ref())
+            && self.materials == description.materials
+            && self.fading == fading(description)
+    }
+
+    /// Gives the records to a scene. Its texels are shared.
+    pub fn give(&self, scene: &mut Scene) {
+        let Records { sky, environment, materials, layers, textures, texels } = self.records.clone();
+        (scene.sky, scene.environment) = (sky, environment);
+        (scene.materials, scene.layers) = (materials, layers);
+        (scene.textures, scene.texels) = (textures, texels);
+    }
+}
+
+/// Returns the materials of meshes that have vertices of an opacity below 1.
+fn fading(description: &Description) -> HashSet<usize> {
+    let fading = |mesh: &&Mesh| mesh.colors.iter().any(|color| color[3] < 1.0);
+    description.meshes.iter().filter(fading).map(|mesh| mesh.material).collect()
+}
+
+fn is_same_sky(a: Option<&Sky>, b: Option<&Sky>) -> bool {
+    match (a, b) {
+        (None, None) => true,
+        (
+            Some(Sky::Gradient { bottom, top }),
+            Some(Sky::Gradient { bottom: other_bottom, top: other_top }),
+        ) => (bottom, top) == (other_bottom, other_top),
+        (
+            Some(Sky::Image { image, scale, rotation }),
+            Some(Sky::Image { image: other_image, scale: other_scale, rotation: other_rotation }),
+        ) => Arc::ptr_eq(image, other_image) && (scale, rotation) == (other_scale, other_rotation),
+        _ => false,
+    }
+}
