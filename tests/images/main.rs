@@ -14,6 +14,7 @@ mod layers;
 mod mesh_attributes;
 mod methods;
 mod mitsuba;
+mod motion;
 mod sampling;
 mod scenes;
 mod summation;

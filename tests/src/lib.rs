@@ -15,6 +15,7 @@
 pub mod desktop;
 pub mod fault_injecting_backend;
 pub mod hosts;
+pub mod models;
 pub mod mpi;
 pub mod probe;
 pub mod program;

@@ -182,6 +182,15 @@ impl Settings {
         Ok(())
     }
 
+    /// Checks that samples are of this frame.
+    pub fn check_samples(&self, samples: &Range<u32>) -> Result<(), SettingsError> {
+        if samples.is_empty() || samples.end > self.samples {
+            let (rows, samples) = (0..self.height, samples.clone());
+            return Err(SettingsError::NoSuchPart { rows, samples, height: self.height, of: self.samples });
+        }
+        Ok(())
+    }
+
     /// Checks that rows and samples are of this frame, and that the samples are at most a chunk.
     pub fn check_rows(&self, rows: &RowSet, samples: &Range<u32>) -> Result<(), SettingsError> {
         let fits = samples.end <= self.samples && samples.len() <= CHUNK_SAMPLES as usize;

@@ -177,6 +177,38 @@ impl RenderStats {
         (self.msamples_per_second, self.msegments_per_second) = (samples, segments);
     }
 
+    /// Adds the times, and what was rendered, of earlier moments of the same image. The counts of
+    /// the film stay.
+    pub fn add_moments(&mut self, earlier: &Self) {
+        let Phases {
+            load_seconds,
+            bvh_seconds,
+            upload_seconds,
+            prepare_seconds,
+            view_seconds,
+            render_seconds,
+            merge_seconds,
+            read_seconds,
+            write_seconds,
+        } = earlier.phases;
+        let phases = &mut self.phases;
+        phases.load_seconds += load_seconds;
+        phases.bvh_seconds += bvh_seconds;
+        phases.upload_seconds += upload_seconds;
+        phases.prepare_seconds += prepare_seconds;
+        phases.view_seconds += view_seconds;
+        phases.render_seconds += render_seconds;
+        phases.merge_seconds += merge_seconds;
+        phases.read_seconds += read_seconds;
+        phases.write_seconds += write_seconds;
+        self.device_seconds += earlier.device_seconds;
+        self.submissions += earlier.submissions;
+        self.rendered_samples += earlier.rendered_samples;
+        self.rendered_segments += earlier.rendered_segments;
+        let [samples, segments] = self.rates(self.device_seconds);
+        (self.msamples_per_second, self.msegments_per_second) = (samples, segments);
+    }
+
     /// Returns the millions of rendered samples and of traced segments per second.
     fn rates(&self, seconds: f64) -> [f64; 2] {
         [self.rendered_samples, self.rendered_segments].map(|count| count as f64 / seconds.max(1e-9) * 1e-6)

@@ -1,6 +1,8 @@
 //! Checks that no output of a command is another output or one of its inputs.
 
+use std::fmt;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use thiserror::Error;
 use trisect_system::atomic_file::{canonical_path, is_same};
 
@@ -48,11 +50,17 @@ pub struct Outputs {
 }
 
 /// Folder to which a command writes files; `writes` returns whether it writes one of this name.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 struct Folder {
     option: &'static str,
     path: PathBuf,
-    writes: fn(&Path) -> bool,
+    writes: Arc<dyn Fn(&Path) -> bool + Send + Sync>,
+}
+
+impl fmt::Debug for Folder {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.debug_tuple("Folder").field(&self.option).field(&self.path).finish()
+    }
 }
 
 impl Folder {
@@ -84,8 +92,14 @@ impl Outputs {
 
     /// Adds a folder. `writes` returns whether the command writes a file of this name to it.
     #[must_use]
-    pub fn folder(mut self, option: &'static str, path: Option<&Path>, writes: fn(&Path) -> bool) -> Self {
-        self.folders.extend(path.map(|path| Folder { option, path: path.to_owned(), writes }));
+    pub fn folder(
+        mut self,
+        option: &'static str,
+        path: Option<&Path>,
+        writes: impl Fn(&Path) -> bool + Send + Sync + 'static,
+    ) -> Self {
+        let folder = |path: &Path| Folder { option, path: path.to_owned(), writes: Arc::new(writes) };
+        self.folders.extend(path.map(folder));
         self
     }
 

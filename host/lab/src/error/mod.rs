@@ -11,6 +11,7 @@ use trisect::adaptive::SamplingError;
 use trisect::checkpoint::CheckpointError;
 use trisect::denoise::DenoiseError;
 use trisect::device::BackendError;
+use trisect::error::MotionError;
 use trisect::film::FilmError;
 use trisect::image::ImageError;
 use trisect::metrics::MetricsError;
@@ -80,6 +81,7 @@ of_a_render!(
     FilmError,
     ImageError,
     MetricsError,
+    MotionError,
     SamplingError,
     SceneError,
     SettingsError,

@@ -8,9 +8,11 @@ mod balanced;
 mod bounds;
 mod memory;
 mod padding;
+mod refit;
 mod tile_entries;
 mod wide;
 
+pub use refit::MAX_REFITTED_COST;
 pub use tile_entries::build_tile_entries;
 pub use wide::Wide;
 
@@ -56,6 +58,8 @@ pub struct Bvh {
     /// Shading data of each triangle, in the same order, then attributes of triangles in the
     /// scene's order, to which the shading data point.
     pub shading: Vec<TriangleShading>,
+    /// Index in the scene of each triangle, in BVH order.
+    pub order: Vec<u32>,
 }
 
 /// Minimum number of primitives for which the builder gets shifted boxes (see [`shifted`]).
@@ -141,7 +145,14 @@ impl Bvh {
     }
 
     fn leaf(root: Child) -> Self {
-        Self { nodes: Vec::new(), root, depth: 0, triangles: Vec::new(), shading: Vec::new() }
+        Self {
+            nodes: Vec::new(),
+            root,
+            depth: 0,
+            triangles: Vec::new(),
+            shading: Vec::new(),
+            order: Vec::new(),
+        }
     }
 
     /// Numbers the triangles in the order of the nodes that refer to them.
@@ -150,11 +161,13 @@ impl Bvh {
         if self.nodes.is_empty() {
             self.triangles = scene.triangles.clone();
             self.shading = scene.shading.clone();
+            self.order = (0..scene.triangles.len() as u32).collect();
             self.append_attributes(scene);
             return;
         }
         self.triangles.reserve_exact(scene.triangles.len());
         self.shading.reserve_exact(scene.triangles.len());
+        self.order.reserve_exact(scene.triangles.len());
         for node in &mut self.nodes {
             for child in [&mut node.first, &mut node.second] {
                 let index = Child(*child).index() as usize;
@@ -162,6 +175,7 @@ impl Bvh {
                     *child = Child::leaf((first + self.triangles.len()) as u32).0;
                     self.triangles.push(scene.triangles[index - first]);
                     self.shading.push(scene.shading[index - first]);
+                    self.order.push((index - first) as u32);
                 }
             }
         }

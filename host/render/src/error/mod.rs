@@ -2,9 +2,11 @@
 //! each of them. The crates above have errors of their own that wrap this one.
 
 mod checkpoint;
+mod motion;
 mod sampling;
 
 pub use checkpoint::{CheckpointError, Difference};
+pub use motion::MotionError;
 pub use sampling::SamplingError;
 
 use crate::denoise::DenoiseError;
@@ -31,6 +33,9 @@ pub enum Error {
     /// The goal of a render is invalid.
     #[error(transparent)]
     Sampling(#[from] SamplingError),
+    /// Images of a scene that moves were asked for in a way that has no meaning.
+    #[error(transparent)]
+    Motion(#[from] MotionError),
     /// A backend is unavailable, or failed.
     #[error(transparent)]
     Backend(#[from] BackendError),
@@ -73,6 +78,7 @@ impl Error {
             Self::Write(_) => 2,
             Self::Settings(_)
             | Self::Sampling(_)
+            | Self::Motion(_)
             | Self::Denoise(_)
             | Self::Backend(
                 BackendError::NoQueue { .. }

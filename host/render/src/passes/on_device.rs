@@ -30,7 +30,8 @@ use trisect_shared::totals::{RADIANCE_SUMS, SUMS};
 /// and one [`read_film`](Self::read_film).
 pub(crate) struct DeviceScene {
     device: Box<dyn Device>,
-    scene: SceneArrays,
+    /// Arrays of the scene; `None` if another scene could not be uploaded in their place.
+    scene: Option<SceneArrays>,
     film: Option<DeviceFilm>,
     totals: Option<DeviceTotals>,
     halves: Option<DeviceHalves>,
@@ -61,6 +62,14 @@ fn made(film: Option<&DeviceFilm>) -> Result<&DeviceFilm, BackendError> {
     film.ok_or_else(|| misuse("no film was prepared"))
 }
 
+/// Returns the scene, or an error if there is none.
+fn there(scene: Option<&SceneArrays>) -> Result<&SceneArrays, BackendError> {
+    scene.ok_or_else(|| misuse(NO_SCENE))
+}
+
+/// Message of a call without a scene.
+const NO_SCENE: &str = "the scene could not be uploaded";
+
 /// Returns the halves, or an error if there are none.
 fn prepared(halves: Option<&DeviceHalves>) -> Result<&DeviceHalves, BackendError> {
     halves.ok_or_else(|| misuse(NO_HALVES))
@@ -74,6 +83,7 @@ impl DeviceScene {
     pub fn new(device: Box<dyn Device>, scene: SceneArrays) -> Self {
         let (film, totals, halves, counter) = (None, None, None, None);
         let (bands, denoiser, shown) = (Bands::default(), None, Vec::new());
+        let scene = Some(scene);
         Self { device, scene, film, totals, halves, counter, bands, denoiser, shown }
     }
 
@@ -84,7 +94,7 @@ impl DeviceScene {
 
     /// Returns whether the device has a wide BVH of the scene.
     pub fn has_wide(&self) -> bool {
-        self.scene.has_wide()
+        self.scene.as_ref().is_some_and(SceneArrays::has_wide)
     }
 
     /// Returns the device, to change what does not concern the scene.
@@ -99,15 +109,29 @@ impl DeviceScene {
         self.device
     }
 
+    /// Replaces the scene by itself at another time. `upload` gets the device and the arrays of
+    /// this scene, and returns those of the other one; after an error there is no scene. What
+    /// passes keep stays on the device.
+    pub fn set_scene<E>(
+        &mut self,
+        upload: impl FnOnce(&mut dyn Device, Option<SceneArrays>) -> Result<SceneArrays, E>,
+    ) -> Result<(), E> {
+        let before = self.scene.take();
+        self.scene = Some(upload(self.device.as_mut(), before)?);
+        Ok(())
+    }
+
     /// Returns the same scene on a second stream of the device, or `None` if that gains nothing.
     pub fn second_stream(&self) -> Result<Option<Self>, BackendError> {
-        Ok(self.device.second_stream()?.map(|device| Self::new(device, self.scene.clone())))
+        let scene = there(self.scene.as_ref())?;
+        Ok(self.device.second_stream()?.map(|device| Self::new(device, scene.clone())))
     }
 
     /// Writes the nodes of [tile entries](trisect_shared::tile_entry) after those of the scene, in
     /// place of earlier ones.
     pub fn write_tile_entries(&mut self, nodes: &[BvhNode]) -> Result<(), BackendError> {
-        self.scene.write_tile_entries(self.device.as_mut(), nodes)
+        let scene = self.scene.as_mut().ok_or_else(|| misuse(NO_SCENE))?;
+        scene.write_tile_entries(self.device.as_mut(), nodes)
     }
 
     /// Selects the kernel, and makes a film of [`PixelSums::UNWRITTEN`].
@@ -123,7 +147,8 @@ impl DeviceScene {
     /// Starts to render one submission into the film. The launch is one of the renderer that
     /// uploaded the scene.
     pub fn start_render(&mut self, launch: &Launch) -> Result<Started, BackendError> {
-        made(self.film.as_ref())?.start_render(self.device.as_mut(), &self.scene, launch)
+        let scene = there(self.scene.as_ref())?;
+        made(self.film.as_ref())?.start_render(self.device.as_mut(), scene, launch)
     }
 
     /// Waits for what was started. Returns the device's own measure of the time of each launch.
@@ -282,7 +307,8 @@ impl DeviceScene {
     /// Writes the first hit of each pixel's first sample of the launch to `hits`, which has a
     /// record for each pixel of the film.
     pub fn first_hits(&mut self, params: &RenderParams, hits: &mut [FirstHit]) -> Result<(), BackendError> {
-        made(self.film.as_ref())?.first_hits(self.device.as_mut(), &self.scene, params, hits)
+        let scene = there(self.scene.as_ref())?;
+        made(self.film.as_ref())?.first_hits(self.device.as_mut(), scene, params, hits)
     }
 
     /// Runs the passes of the denoiser over the film and its AOV sums, which stay as they are.

@@ -3,10 +3,13 @@
 use crate::bvh::{Bvh, Wide};
 use crate::lights::Lights;
 use bytemuck::Pod;
+use std::sync::Arc;
 use trisect_device::{BackendError, Buffer, Command, Device};
 use trisect_scene::{Scene, SceneError};
 use trisect_shared::bvh::BvhNode;
+use trisect_shared::environment::EnvironmentTexel;
 use trisect_shared::scene::SceneLengths;
+use trisect_shared::texture::Texel;
 use trisect_shared::wide::WideTree;
 
 /// Scene that was validated.
@@ -24,6 +27,46 @@ pub(crate) struct SceneArrays {
     pub lengths: SceneLengths,
     /// Number of the scene's own nodes; nodes of tile entries follow them.
     own_nodes: usize,
+    shared: Shared,
+}
+
+/// Content of the arrays that scenes of one file at several times share. It stays in memory, so
+/// that the same address is the same content.
+#[derive(Clone)]
+struct Shared {
+    texels: Arc<[Texel]>,
+    environment: Arc<[EnvironmentTexel]>,
+}
+
+/// Content of an array that is already on the device.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Content {
+    /// The records to be copied.
+    Same,
+    /// Other records.
+    Other,
+}
+
+/// Copies records to a device: into `old`, if that has the size and no other stream reads it.
+fn upload<T: Pod>(
+    to: &mut dyn Device,
+    records: &[T],
+    what: &'static str,
+    old: Option<Buffer>,
+    content: Content,
+) -> Result<Buffer, BackendError> {
+    let bytes: &[u8] = bytemuck::cast_slice(records);
+    let fits = |old: &Buffer| old.bytes() == bytes.len() as u64 && !bytes.is_empty() && !old.is_shared();
+    // An array that is not used again is freed before the other one is allocated.
+    match old.filter(|old| content == Content::Same || fits(old)) {
+        Some(old) => {
+            if content == Content::Other {
+                to.write(&old, 0, bytes)?;
+            }
+            Ok(old)
+        }
+        None => to.upload(bytes, what),
+    }
 }
 
 /// Index of the nodes among a scene's arrays.
@@ -41,42 +84,56 @@ impl<'a> ValidScene<'a> {
     }
 
     /// Copies the scene to a device, with the trees and the light table that were made for it.
+    /// Arrays of the same scene at another time, `before`, are written in place if they have the
+    /// size, and taken as they are if they cannot have changed.
     pub fn upload(
         &self,
         to: &mut dyn Device,
         bvh: &Bvh,
         wide: Option<&Wide>,
         lights: &Lights,
+        before: Option<SceneArrays>,
     ) -> Result<SceneArrays, BackendError> {
-        fn upload<T: Pod>(
-            to: &mut dyn Device,
-            records: &[T],
-            what: &'static str,
-        ) -> Result<Buffer, BackendError> {
-            to.upload(bytemuck::cast_slice(records), what)
-        }
         let scene = self.0;
-        let environment = scene.environment.as_ref().map_or(&[][..], |environment| &environment.texels);
+        let no_texels = || Arc::from([]);
+        let environment = scene.environment.as_ref().map_or_else(no_texels, |of| Arc::clone(&of.texels));
+        let shared = Shared { texels: Arc::clone(&scene.texels), environment };
+        let (old, old_wide, old_shared) = match before {
+            Some(SceneArrays { scene, wide, shared, .. }) => {
+                (scene.map(Some), wide.map(|of| of.map(Some)), Some(shared))
+            }
+            None => (std::array::from_fn(|_| None), None, None),
+        };
+        let mut old_wide = old_wide.unwrap_or_default();
+        let [spheres, nodes, materials, flats, triangles, shading, table, textures, texels, panorama] = old;
+        let same = |a: bool| if a { Content::Same } else { Content::Other };
+        let of = old_shared.as_ref();
+        let same_texels = same(of.is_some_and(|of| Arc::ptr_eq(&of.texels, &shared.texels)));
+        let same_panorama = same(of.is_some_and(|of| Arc::ptr_eq(&of.environment, &shared.environment)));
+        let other = Content::Other;
         let arrays = [
-            upload(to, &scene.spheres, "the scene's spheres")?,
-            upload(to, &bvh.nodes, "the scene's BVH")?,
-            upload(to, &lights.materials, "the scene's materials")?,
-            upload(to, &scene.flats, "the scene's quads and discs")?,
-            upload(to, &bvh.triangles, "the scene's triangles")?,
-            upload(to, &bvh.shading, "the scene's normals and texture coordinates")?,
-            upload(to, &lights.lights, "the scene's lights")?,
-            upload(to, &scene.textures, "the scene's textures")?,
-            upload(to, &scene.texels, "the scene's texels")?,
-            upload(to, environment, "the scene's environment map")?,
+            upload(to, &scene.spheres, "the scene's spheres", spheres, other)?,
+            upload(to, &bvh.nodes, "the scene's BVH", nodes, other)?,
+            upload(to, &lights.materials, "the scene's materials", materials, other)?,
+            upload(to, &scene.flats, "the scene's quads and discs", flats, other)?,
+            upload(to, &bvh.triangles, "the scene's triangles", triangles, other)?,
+            upload(to, &bvh.shading, "the scene's normals and texture coordinates", shading, other)?,
+            upload(to, &lights.lights, "the scene's lights", table, other)?,
+            upload(to, &scene.textures, "the scene's textures", textures, other)?,
+            upload(to, &shared.texels, "the scene's texels", texels, same_texels)?,
+            upload(to, &shared.environment, "the scene's environment map", panorama, same_panorama)?,
         ];
         let wide = match wide.map(Wide::tree) {
             None => None,
-            Some(WideTree { root, nodes, spheres, triangles }) => Some([
-                upload(to, &[root.0], "the scene's wide BVH")?,
-                upload(to, nodes, "the scene's wide BVH")?,
-                upload(to, spheres, "the scene's packets of spheres")?,
-                upload(to, triangles, "the scene's packets of triangles")?,
-            ]),
+            Some(WideTree { root, nodes, spheres, triangles }) => {
+                let mut old = |index: usize| old_wide[index].take();
+                Some([
+                    upload(to, &[root.0], "the scene's wide BVH", old(0), other)?,
+                    upload(to, nodes, "the scene's wide BVH", old(1), other)?,
+                    upload(to, spheres, "the scene's packets of spheres", old(2), other)?,
+                    upload(to, triangles, "the scene's packets of triangles", old(3), other)?,
+                ])
+            }
         };
         let lengths = SceneLengths {
             spheres: scene.spheres.len(),
@@ -88,9 +145,9 @@ impl<'a> ValidScene<'a> {
             lights: lights.lights.len(),
             textures: scene.textures.len(),
             texels: scene.texels.len(),
-            environment: environment.len(),
+            environment: shared.environment.len(),
         };
-        Ok(SceneArrays { scene: arrays, wide, lengths, own_nodes: bvh.nodes.len() })
+        Ok(SceneArrays { scene: arrays, wide, lengths, own_nodes: bvh.nodes.len(), shared })
     }
 }
 

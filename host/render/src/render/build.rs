@@ -50,6 +50,25 @@ impl Renderer {
         Ok(Self::of(scene.launch_scene(), DeviceScene::new(device, arrays), phases))
     }
 
+    /// Replaces the scene by itself at another time, from the next frame on. What stays the same
+    /// between both, and memory of the same size, is used again. After an error the renderer has no
+    /// scene, and renders nothing.
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`upload`](Self::upload).
+    pub fn set_scene(&mut self, scene: &mut PreparedScene<'_>) -> Result<(), Error> {
+        let mut phases = Phases::default();
+        self.uploaded.set_scene(|device, before| {
+            let (arrays, took) = scene.upload_into(device, before)?;
+            phases = took;
+            Ok::<_, Error>(arrays)
+        })?;
+        (self.scene, self.phases) = (scene.launch_scene(), phases);
+        (self.film_state, self.tile_entries) = (FilmState::default(), TileEntryCache::default());
+        Ok(())
+    }
+
     fn of(scene: LaunchScene, uploaded: DeviceScene, phases: Phases) -> Self {
         Self {
             pipeline: ChunkPipeline::new(uploaded.device().info().kind),

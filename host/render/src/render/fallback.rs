@@ -13,6 +13,10 @@ use trisect_device::BackendError;
 pub type FallbackFactory<'a> =
     dyn FnMut(&BackendError, &Film, &mut Settings) -> Option<Result<Renderer, Error>> + 'a;
 
+/// Function that adds samples to a film.
+pub(super) type RenderFilm<'a> =
+    dyn FnMut(&mut Renderer, &mut Film, &Settings) -> Result<RenderStats, Error> + 'a;
+
 impl Renderer {
     /// Renders as [`render_missing`](Self::render_missing) does. If the device fails, `elsewhere`
     /// creates the renderer that continues, and this renderer becomes that one. Parts that were not
@@ -32,8 +36,22 @@ impl Renderer {
         observer: &mut dyn RenderObserver,
         elsewhere: &mut FallbackFactory<'_>,
     ) -> Result<RenderStats, Error> {
+        let mut render = |renderer: &mut Self, film: &mut Film, settings: &Settings| {
+            renderer.render_missing(film, settings, samples, keeper, observer)
+        };
+        self.render_or_fall_back(film, settings, &mut render, elsewhere)
+    }
+
+    /// Calls `render` until it succeeds, or no renderer is left.
+    pub(super) fn render_or_fall_back(
+        &mut self,
+        film: &mut Film,
+        settings: &mut Settings,
+        render: &mut RenderFilm<'_>,
+        elsewhere: &mut FallbackFactory<'_>,
+    ) -> Result<RenderStats, Error> {
         loop {
-            let error = match self.render_missing(film, settings, samples, keeper, observer) {
+            let error = match render(self, film, settings) {
                 Err(Error::Backend(error)) if error.is_of_device() => error,
                 other => return other,
             };

@@ -5,7 +5,7 @@ use super::fingerprint::Fingerprint;
 use super::launch_scene::LaunchScene;
 use super::{Settings, Traversal};
 use crate::Error;
-use crate::bvh::{Bvh, BvhQuality, Wide};
+use crate::bvh::{Bvh, BvhQuality, MAX_REFITTED_COST, Wide};
 use crate::camera;
 use crate::lights::Lights;
 use crate::passes::{SceneArrays, ValidScene};
@@ -15,11 +15,22 @@ use std::time::Instant;
 use trisect_device::Device;
 use trisect_scene::Scene;
 
+/// BVH of a scene at one time, from which that of another time is refitted.
+pub struct SceneTree {
+    bvh: Bvh,
+    /// Cost of the BVH when it was built.
+    built_cost: f64,
+}
+
 /// Scene that was validated, with trees and light table, ready for any number of devices.
 pub struct PreparedScene<'a> {
     scene: ValidScene<'a>,
     quality: Option<BvhQuality>,
     bvh: Bvh,
+    /// Cost of the BVH when it was built.
+    built_cost: f64,
+    /// True if the BVH is that of the scene at another time, refitted.
+    refitted: bool,
     /// Wide BVH, once a device has asked for it.
     wide: Option<Wide>,
     lights: Lights,
@@ -40,12 +51,50 @@ impl<'a> PreparedScene<'a> {
     pub fn new(scene: &'a Scene, quality: Option<BvhQuality>) -> Result<Self, Error> {
         let start = Instant::now();
         let valid = ValidScene::new(scene)?;
-        let mut bvh = Bvh::build(scene, quality)?;
+        let bvh = Bvh::build(scene, quality)?;
+        let built_cost = bvh.cost();
+        Ok(Self::of(valid, quality, SceneTree { bvh, built_cost }, start))
+    }
+
+    /// Prepares a scene at another time, as [`new`](Self::new) does. The BVH `tree` is refitted if
+    /// the scene has as many primitives, and built anew if that would make it more than
+    /// [`MAX_REFITTED_COST`] times as costly as when it was built.
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`new`](Self::new).
+    pub fn moved(scene: &'a Scene, quality: Option<BvhQuality>, tree: SceneTree) -> Result<Self, Error> {
+        let start = Instant::now();
+        let valid = ValidScene::new(scene)?;
+        let SceneTree { bvh, built_cost } = tree;
+        let refitted = bvh.moved(scene)?.filter(|bvh| bvh.cost() <= MAX_REFITTED_COST * built_cost);
+        match refitted {
+            Some(bvh) => {
+                let prepared = Self::of(valid, quality, SceneTree { bvh, built_cost }, start);
+                Ok(Self { refitted: true, ..prepared })
+            }
+            None => Self::new(scene, quality),
+        }
+    }
+
+    fn of(valid: ValidScene<'a>, quality: Option<BvhQuality>, tree: SceneTree, start: Instant) -> Self {
+        let (scene, SceneTree { mut bvh, built_cost }) = (valid.get(), tree);
         let camera = camera::record(&scene.camera, 1, 1);
         let padded_for = bvh.pad_boxes(camera.origin, camera.lens_x.length());
         let lights = Lights::new(scene, &bvh.triangles);
         let seconds = start.elapsed().as_secs_f64();
-        Ok(Self { scene: valid, quality, bvh, wide: None, lights, padded_for, seconds })
+        let (wide, refitted) = (None, false);
+        Self { scene: valid, quality, bvh, built_cost, refitted, wide, lights, padded_for, seconds }
+    }
+
+    /// Returns whether the BVH is that of the scene at another time, refitted.
+    pub fn is_refitted(&self) -> bool {
+        self.refitted
+    }
+
+    /// Returns the BVH, for the scene at another time.
+    pub fn into_tree(self) -> SceneTree {
+        SceneTree { bvh: self.bvh, built_cost: self.built_cost }
     }
 
     /// Returns the fingerprint of the image with these settings.
@@ -56,6 +105,16 @@ impl<'a> PreparedScene<'a> {
     /// Copies the scene, its trees and its light table to a device. A wide BVH is built for a
     /// device that traces it.
     pub(super) fn upload(&mut self, device: &mut dyn Device) -> Result<(SceneArrays, Phases), Error> {
+        self.upload_into(device, None)
+    }
+
+    /// Copies the scene to a device as [`upload`](Self::upload) does, into the arrays of the scene
+    /// at another time where they have the size.
+    pub(super) fn upload_into(
+        &mut self,
+        device: &mut dyn Device,
+        before: Option<SceneArrays>,
+    ) -> Result<(SceneArrays, Phases), Error> {
         let scene = self.scene.get();
         let start = Instant::now();
         let traversal = device.best_method(scene.features(), scene.primitives()).0;
@@ -65,7 +124,7 @@ impl<'a> PreparedScene<'a> {
         let wide = self.wide.as_ref().filter(|_| traversal == Traversal::Wide);
         let bvh_seconds = self.seconds + start.elapsed().as_secs_f64();
         let start = Instant::now();
-        let arrays = self.scene.upload(device, &self.bvh, wide, &self.lights)?;
+        let arrays = self.scene.upload(device, &self.bvh, wide, &self.lights, before)?;
         let upload_seconds = start.elapsed().as_secs_f64();
         Ok((arrays, Phases { bvh_seconds, upload_seconds, ..Phases::default() }))
     }

@@ -81,8 +81,21 @@ impl Renderer {
         keeper: &dyn FilmObserver,
         observer: &mut dyn RenderObserver,
     ) -> Result<RenderStats, Error> {
-        let (kernel, mut stats) = self.begin(settings, film.bytes())?;
         settings.check_part(&SampleBlock { rows: 0..settings.height, samples: samples.clone() })?;
+        self.render_samples(film, settings, samples, keeper, observer)
+    }
+
+    /// Renders as [`render_missing`](Self::render_missing) does; the samples may split a chunk.
+    pub(super) fn render_samples(
+        &mut self,
+        film: &mut Film,
+        settings: &Settings,
+        samples: &Range<u32>,
+        keeper: &dyn FilmObserver,
+        observer: &mut dyn RenderObserver,
+    ) -> Result<RenderStats, Error> {
+        let (kernel, mut stats) = self.begin(settings, film.bytes())?;
+        settings.check_samples(samples)?;
         check_film(film, settings)?;
         let start = Instant::now();
         let was_empty = film.is_empty();
