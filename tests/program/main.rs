@@ -10,6 +10,7 @@ mod fallback;
 mod killed;
 mod lost_context;
 mod models;
+mod motion;
 mod resources;
 mod shell;
 mod tradeoff;

@@ -27,6 +27,19 @@ impl Bar {
         Self::of(target(quiet), "{wide_bar} {facts}", terminal_width)
     }
 
+    /// Returns a bar that names what is rendered, such as a frame, at its left.
+    pub fn named(quiet: bool, name: &str) -> Self {
+        Self::named_on(target(quiet), name, terminal_width)
+    }
+
+    /// Returns a bar with a name on `target`; `width` returns the columns of the terminal.
+    fn named_on(target: ProgressDrawTarget, name: &str, width: fn() -> usize) -> Self {
+        let taken = name.chars().count() + 1;
+        let bar = Self::of(target, "{prefix} {wide_bar} {facts}", move || width().saturating_sub(taken));
+        bar.bar.set_prefix(name.to_owned());
+        bar
+    }
+
     /// Returns a bar for a render whose number of samples is not known.
     pub fn of_goal(quiet: bool) -> Self {
         Self::of(target(quiet), "{wide_bar} {percent:>3} %  {elapsed}", terminal_width)
@@ -67,7 +80,11 @@ impl Bar {
     }
 
     /// Returns a bar on `target`; `width` returns the columns of the terminal.
-    fn of(target: ProgressDrawTarget, template: &str, width: fn() -> usize) -> Self {
+    fn of(
+        target: ProgressDrawTarget,
+        template: &str,
+        width: impl Fn() -> usize + Clone + Send + Sync + 'static,
+    ) -> Self {
         let bar = ProgressBar::with_draw_target(Some(1), target);
         if let Ok(style) = ProgressStyle::with_template(template) {
             let facts = move |state: &ProgressState, to: &mut dyn Write| {
@@ -167,9 +184,13 @@ mod tests {
 
     /// Returns the longest line of a bar on a terminal with `columns` columns.
     fn longest(columns: u16, template: &str, width: fn() -> usize) -> String {
+        longest_of(columns, |target| Bar::of(target, template, width))
+    }
+
+    fn longest_of(columns: u16, bar: impl FnOnce(ProgressDrawTarget) -> Bar) -> String {
         let lines = Arc::default();
         let screen = Screen(columns, Arc::clone(&lines));
-        let mut bar = Bar::of(ProgressDrawTarget::term_like(Box::new(screen)), template, width);
+        let mut bar = bar(ProgressDrawTarget::term_like(Box::new(screen)));
         for done in [1, 123_456_789, 499_999_999_999] {
             let _ = bar.progress(done, 500_000_000_000);
             bar.bar.tick();
@@ -186,6 +207,15 @@ mod tests {
         assert!(line.contains("/500,000,000,000 samples") && line.chars().count() <= 120, "{line:?}");
         // Negative control: with the samples it would not fit.
         assert!(longest(40, "{wide_bar} {facts}", || 120).chars().count() > 40);
+    }
+
+    #[test]
+    fn a_bar_with_a_name_fits_its_terminal() {
+        let named = |width| longest_of(80, |target| Bar::named_on(target, "frame 12 (3 of 120)", width));
+        let line = named(|| 80);
+        assert!(line.starts_with("frame 12 (3 of 120) ") && line.chars().count() <= 80, "{line:?}");
+        // Negative control: as wide as without a name it would not fit.
+        assert!(named(|| 120).chars().count() > 80);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Arguments of `trisect render`.
 
-use super::{CheckpointArgs, ClusterArgs, DenoiseArgs, GoalArgs, JobArgs, LogArgs, parse_stops};
+use super::{CheckpointArgs, ClusterArgs, DenoiseArgs, GoalArgs, JobArgs, LogArgs, MotionArgs, parse_stops};
 use clap::Args;
 use std::path::PathBuf;
 use trisect::adaptive::Request;
@@ -14,6 +14,10 @@ pub struct RenderArgs {
     /// Scene, settings and device.
     #[command(flatten)]
     pub job: JobArgs,
+
+    /// Numbered images, and motion blur.
+    #[command(flatten)]
+    pub motion: MotionArgs,
 
     /// Filter of the image.
     #[command(flatten)]

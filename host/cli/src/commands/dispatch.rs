@@ -1,9 +1,10 @@
 //! Choice between the form of a command for one process and that for ranks.
 
-use super::{bench, render, report, resume, view};
+use super::{bench, frames, render, report, resume, view};
 use crate::cli::{BenchArgs, BenchCommand, RenderArgs, ResumeArgs, ViewArgs};
 use std::process::ExitCode;
 use std::time::Instant;
+use trisect::error::MotionError;
 use trisect_cluster::ClusterError;
 use trisect_lab::Error;
 
@@ -25,7 +26,15 @@ macro_rules! over_ranks {
 /// Renders a scene to an image file.
 pub fn render(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     if arguments.cluster.distribute.is_none() {
-        return render::run(arguments);
+        return match arguments.motion.moves() {
+            true => frames::run(arguments),
+            false => render::run(arguments),
+        };
+    }
+    if let Some(with) = arguments.motion.option() {
+        let remedy =
+            "start a process for each part of the frames, such as --frames 0..60 and --frames 60..120";
+        return Err(MotionError::Beside { what: "--distribute", with, remedy }.into());
     }
     if arguments.request()?.is_some() {
         let what = "--budget, --target-error and --quality are for one process".to_owned();

@@ -13,6 +13,7 @@ mod data;
 pub mod dispatch;
 pub mod doctor;
 mod fallback_path;
+mod frames;
 pub mod info;
 mod lab;
 mod render;
@@ -30,8 +31,8 @@ use std::time::Instant;
 use trisect::device::{self, Choice, Selection};
 use trisect::output::Outputs;
 use trisect::precision;
-use trisect::render::{KernelFeatures, MathMode, Renderer, Settings, Summation};
-use trisect::scene::{Rebase, Scene, SceneDocument};
+use trisect::render::{KernelFeatures, MathMode, PreparedScene, Renderer, Settings, Summation};
+use trisect::scene::{Rebase, Scene, SceneDocument, SceneError};
 use trisect::threads::start_shared;
 use trisect_cluster::ClusterError;
 use trisect_lab::Error;
@@ -82,13 +83,25 @@ impl Loaded {
             Some(path) => SceneDocument::load_including(path, job.includes.includes(), &job.model.options())?,
             None => SceneDocument::hello_world()?,
         };
+        Self::of_document(job, outputs, described, start, |described| described.lower(Rebase::IDENTITY))
+    }
+
+    /// Makes the scene of a document, the reading of which began at `start`, with the checks of
+    /// [`read`](Self::read).
+    pub fn of_document(
+        job: &JobArgs,
+        outputs: &Outputs,
+        described: SceneDocument,
+        start: Instant,
+        lower: impl FnOnce(SceneDocument) -> Result<Scene, SceneError>,
+    ) -> Result<Self, Error> {
         outputs.check_inputs("the scene", &job.scene)?;
         outputs.check_inputs("a file of the scene", &described.description.files)?;
         let settings = job.settings(described.image.into());
         settings.check()?;
         let beyond = precision::warnings(&described, &settings.image());
         let (space, notes) = (described.space, described.notes.clone());
-        let scene = described.lower(Rebase::IDENTITY)?;
+        let scene = lower(described)?;
         let mut warnings = scene.warnings.clone();
         if !settings.light_sampling && !scene.lights.is_empty() {
             warnings.push("--light-sampling off: lights without extent stay dark".to_owned());
@@ -124,9 +137,19 @@ impl Loaded {
         open_seconds: f64,
         job: &JobArgs,
     ) -> Result<Session, trisect::Error> {
+        let mut prepared = PreparedScene::new(&self.scene, job.bvh_quality)?;
+        self.prepared_on(&mut prepared, selection, open_seconds)
+    }
+
+    /// Uploads the scene, which was prepared, to a backend.
+    fn prepared_on(
+        &self,
+        prepared: &mut PreparedScene<'_>,
+        selection: Selection,
+        open_seconds: f64,
+    ) -> Result<Session, trisect::Error> {
         let Self { ref scene, ref settings, space, seconds: load_seconds, .. } = *self;
-        let quality = job.bvh_quality;
-        let renderer = Renderer::with_quality(selection.device, scene, quality)?;
+        let renderer = Renderer::upload(selection.device, prepared)?;
         let (settings, name, choice) = (settings.clone(), scene.name.clone(), selection.why);
         let notes = self.notes.clone();
         Ok(Session {
@@ -176,16 +199,27 @@ impl Session {
         let start = Instant::now();
         let opened = open(job.backend, job.device, job.threads)
             .and_then(|selection| loaded.on(selection, start.elapsed().as_secs_f64(), job));
-        let session = match (opened, keep.fallback) {
-            (Err(trisect::Error::Backend(error)), Some(FallbackArg::Cpu)) if error.is_of_device() => {
-                eprint(&format!("warning: {error}\n  the CPU renders instead (--fallback)"));
-                Self { fell_back: true, ..loaded.on_cpu(job)? }
-            }
-            (opened, _) => opened?,
-        };
+        let session = Self::or_on_cpu(opened, &loaded, job, keep)?;
         let spare =
             keep.fallback.map(|_| loaded).filter(|_| session.renderer.device().info().backend != "cpu");
         Ok(Self { digest, fallback_scene: spare, ..session })
+    }
+
+    /// Returns the opened session, or with `--fallback` one on the CPU if the device cannot be
+    /// opened.
+    fn or_on_cpu(
+        opened: Result<Self, trisect::Error>,
+        loaded: &Loaded,
+        job: &JobArgs,
+        keep: &CheckpointArgs,
+    ) -> Result<Self, Error> {
+        match (opened, keep.fallback) {
+            (Err(trisect::Error::Backend(error)), Some(FallbackArg::Cpu)) if error.is_of_device() => {
+                eprint(&format!("warning: {error}\n  the CPU renders instead (--fallback)"));
+                Ok(Self { fell_back: true, ..loaded.on_cpu(job)? })
+            }
+            (opened, _) => Ok(opened?),
+        }
     }
 
     /// Reads the scene, checks the settings and opens the backend. `outputs` are the files that the

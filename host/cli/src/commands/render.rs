@@ -32,20 +32,8 @@ use trisect_lab::Error;
 /// Renders a scene to an image file.
 pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     let start = Instant::now();
-    super::refuse_ranks(&arguments.cluster)?;
-    for line in arguments.goal.without_effect() {
-        eprint(&format!("warning: {line}"));
-    }
+    let (request, denoise) = goal(arguments)?;
     check(arguments)?;
-    let request = arguments.request()?;
-    // The filter of the command line. A goal may choose another one.
-    let denoise = arguments.denoise.denoise()?;
-    if let Some(request) = &request {
-        adaptive::check(request.goal)?;
-        if arguments.checkpointing.checkpoint.is_some() {
-            return Err(CheckpointError::Unsupported { what: "--checkpoint" }.into());
-        }
-    }
     check_new(arguments)?;
 
     let job = JobArgs { may_roulette: request.is_some(), ..arguments.job.clone() };
@@ -59,6 +47,24 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
         return render_to_goal(arguments, session, &request, denoise, start);
     }
     render_film(arguments, session, denoise, None, start)
+}
+
+/// Returns the goal of a command for one process, and its filter, which a goal may replace. Prints
+/// warnings about options without effect.
+pub fn goal(arguments: &RenderArgs) -> Result<(Option<Request>, Option<DenoiseSettings>), Error> {
+    super::refuse_ranks(&arguments.cluster)?;
+    for line in arguments.goal.without_effect().into_iter().chain(arguments.motion.without_effect()) {
+        eprint(&format!("warning: {line}"));
+    }
+    let request = arguments.request()?;
+    let denoise = arguments.denoise.denoise()?;
+    if let Some(request) = &request {
+        adaptive::check(request.goal)?;
+        if arguments.checkpointing.checkpoint.is_some() {
+            return Err(CheckpointError::Unsupported { what: "--checkpoint" }.into());
+        }
+    }
+    Ok((request, denoise))
 }
 
 /// Renders the samples that the checkpoint `before` lacks, or all samples without one; writes
@@ -111,7 +117,7 @@ pub fn render_film(
 /// rows and samples.
 pub fn finish_film(
     arguments: &RenderArgs,
-    session: Session,
+    mut session: Session,
     (film, samples): (&Film, &Range<u32>),
     watch: &RenderSupervisor,
     stats: RenderStats,
@@ -135,7 +141,7 @@ pub fn finish_film(
     }
     // A filter would spread rendered pixels over missing ones.
     let denoise = denoise.filter(|_| stats.unwritten_pixels == 0);
-    let (code, in_place) = finish(arguments, session, RenderOutput::Film(film), stats, denoise)?;
+    let (code, in_place) = finish(arguments, &mut session, RenderOutput::Film(film), stats, denoise)?;
     let in_place = kept? && in_place;
     // A queue must not resume by exit code 7 if an output is at a fallback path.
     Ok(match ended {
@@ -167,8 +173,8 @@ fn render_to_goal(
     let ended =
         watch.stop_reason().filter(|_| stats.sampling.as_ref().is_some_and(|sampling| sampling.ended));
     let (code, in_place) = match request.goal {
-        Goal::Error { .. } => finish(arguments, session, RenderOutput::Film(&film), stats, denoise)?,
-        Goal::Time(_) => write_outputs(arguments, session, RenderOutput::Film(&film), stats, Some(image))?,
+        Goal::Error { .. } => finish(arguments, &mut session, RenderOutput::Film(&film), stats, denoise)?,
+        Goal::Time(_) => write_outputs(arguments, &session, RenderOutput::Film(&film), stats, Some(image))?,
     };
     Ok(ended.filter(|_| in_place).map_or(code, StopReason::exit_code))
 }
@@ -249,7 +255,7 @@ pub enum RenderOutput<'a> {
 /// are at their requested paths.
 pub fn finish(
     arguments: &RenderArgs,
-    mut session: Session,
+    session: &mut Session,
     drawn: RenderOutput,
     mut stats: RenderStats,
     denoise: Option<DenoiseSettings>,
@@ -263,7 +269,7 @@ pub fn finish(
                 // The image without the filter is written, so that no samples are lost.
                 let exposed = exposed(arguments.exposure(), &arguments.output, &drawn, None);
                 match or_fallback_path(&arguments.output, |path| {
-                    write(path, &[], &session, &drawn, exposed.as_ref())
+                    write(path, &[], session, &drawn, exposed.as_ref())
                 }) {
                     Ok(path) => eprint(&format!("warning: wrote {} without denoising", path.display())),
                     Err(error) => eprint(&format!("error: {error}")),
@@ -280,9 +286,9 @@ pub fn finish(
 
 /// Writes image and statistics, and prints summary and warnings. Returns the exit code, and whether
 /// all outputs are at their requested paths.
-fn write_outputs(
+pub fn write_outputs(
     arguments: &RenderArgs,
-    session: Session,
+    session: &Session,
     drawn: RenderOutput,
     mut stats: RenderStats,
     denoised: Option<Image>,
@@ -290,14 +296,14 @@ fn write_outputs(
     let start = Instant::now();
     let exposed = exposed(arguments.exposure(), &arguments.output, &drawn, denoised);
     let written = or_fallback_path(&arguments.output, |path| {
-        write(path, &arguments.aov, &session, &drawn, exposed.as_ref())
+        write(path, &arguments.aov, session, &drawn, exposed.as_ref())
     });
 
     let mut told = None;
     let stats = &mut stats;
     stats.phases.write_seconds = start.elapsed().as_secs_f64();
-    stats.scene = session.name;
-    stats.choice = session.choice;
+    stats.scene.clone_from(&session.name);
+    stats.choice.clone_from(&session.choice);
     stats.exposure = exposed.as_ref().map_or(0.0, |(_, exposed)| exposed.stops);
     if let Some(path) = &arguments.log.stats {
         let text = serde_json::to_string_pretty(&stats)

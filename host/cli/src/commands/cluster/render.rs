@@ -115,7 +115,7 @@ pub fn render_film(
             None => RenderOutput::Film(film),
         },
     };
-    Ok(single::finish(arguments, session, drawn, stats, denoise)?.0)
+    Ok(single::finish(arguments, &mut session, drawn, stats, denoise)?.0)
 }
 
 /// Reads the scene, opens the devices and compares them with the other ranks'. The root prints what

@@ -1,0 +1,103 @@
+//! A scene that moves, on a device.
+
+use super::super::{Loaded, Session, eprint, open};
+use crate::cli::{CheckpointArgs, JobArgs};
+use std::collections::HashSet;
+use std::time::Instant;
+use trisect::error::MotionError;
+use trisect::output::Outputs;
+use trisect::render::{PreparedScene, SceneTree};
+use trisect::scene::{AnimatedScene, Scene};
+use trisect_lab::Error;
+
+/// A scene at one time on a device, and how it is brought to another time.
+pub struct Stage {
+    /// Renderer, with the scene at the current time.
+    pub session: Session,
+    /// Scene at the current time.
+    pub scene: Scene,
+    /// Number of times at which the BVH was refitted, and built.
+    pub trees: (u32, u32),
+    animated: AnimatedScene,
+    job: JobArgs,
+    outputs: Outputs,
+    /// BVH at the current time.
+    tree: Option<SceneTree>,
+    /// Time of the scene in seconds.
+    time: f64,
+    /// Warnings that were printed.
+    said: HashSet<String>,
+}
+
+impl Stage {
+    /// Reads the scene of a command whose option `option` makes it move, and uploads it at a time
+    /// in seconds, after the checks of [`Session::open_with_checkpoint`].
+    pub fn open(
+        job: JobArgs,
+        keep: &CheckpointArgs,
+        outputs: Outputs,
+        option: &'static str,
+        time: f64,
+    ) -> Result<Self, Error> {
+        let start = Instant::now();
+        let path = job.scene.as_ref().ok_or(MotionError::BuiltIn { option })?;
+        outputs.check_inputs("the scene", &job.scene)?;
+        let mut animated = AnimatedScene::load(path, job.includes.includes(), &job.model.options())?;
+        let document = animated.document(time)?;
+        let loaded = Loaded::of_document(&job, &outputs, document, start, |of| animated.lower(of))?;
+        loaded.warn();
+        let said = loaded.warnings.iter().cloned().collect();
+        let mut prepared = PreparedScene::new(&loaded.scene, job.bvh_quality)?;
+        let start = Instant::now();
+        let opened = open(job.backend, job.device, job.threads).and_then(|selection| {
+            loaded.prepared_on(&mut prepared, selection, start.elapsed().as_secs_f64())
+        });
+        let session = Session::or_on_cpu(opened, &loaded, &job, keep)?;
+        let tree = Some(prepared.into_tree());
+        let scene = loaded.scene;
+        Ok(Self { session, scene, trees: (0, 1), animated, job, outputs, tree, time, said })
+    }
+
+    /// Brings the scene to the first moment of an image, and prints the warnings that are new.
+    pub fn begin_frame(&mut self, time: f64) -> Result<(), Error> {
+        if time == self.time {
+            return Ok(());
+        }
+        let start = Instant::now();
+        let document = self.animated.document(time)?;
+        let animated = &mut self.animated;
+        let loaded = Loaded::of_document(&self.job, &self.outputs, document, start, |of| animated.lower(of))?;
+        for warning in &loaded.warnings {
+            if self.said.insert(warning.clone()) {
+                eprint(&format!("warning: at {time:.3} s: {warning}"));
+            }
+        }
+        self.set_scene(loaded.scene, time, start)
+    }
+
+    /// Brings the scene to another moment of an image.
+    pub fn begin_moment(&mut self, time: f64) -> Result<(), Error> {
+        if time == self.time {
+            return Ok(());
+        }
+        let start = Instant::now();
+        let document = self.animated.document(time)?;
+        debug_assert_eq!(document.space, self.session.space, "the file states the space");
+        let scene = self.animated.lower(document)?;
+        self.set_scene(scene, time, start)
+    }
+
+    fn set_scene(&mut self, scene: Scene, time: f64, start: Instant) -> Result<(), Error> {
+        self.session.load_seconds = start.elapsed().as_secs_f64();
+        let quality = self.job.bvh_quality;
+        let mut prepared = match self.tree.take() {
+            Some(tree) => PreparedScene::moved(&scene, quality, tree)?,
+            None => PreparedScene::new(&scene, quality)?,
+        };
+        *(if prepared.is_refitted() { &mut self.trees.0 } else { &mut self.trees.1 }) += 1;
+        self.session.renderer.set_scene(&mut prepared)?;
+        self.tree = Some(prepared.into_tree());
+        (self.scene, self.time) = (scene, time);
+        Ok(())
+    }
+}
