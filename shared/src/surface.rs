@@ -5,6 +5,7 @@ use crate::attributes::{SurfaceAttributes, load_attributes};
 use crate::buffer::load;
 use crate::bvh::Hit;
 use crate::features::{ATTRIBUTES, FeatureSet, Features, NORMAL_MAPS, TEXTURES};
+use crate::instance;
 use crate::math::{atan2_turns, min, normalize, sqrt};
 use crate::params::RenderParams;
 use crate::planar::Planar;
@@ -42,7 +43,7 @@ pub struct Surface {
 /// Error bound of a point that is a sum of three products, relative to the coordinates that it came
 /// from: 10 roundings. (Pharr et al., "Physically Based Rendering", 4th ed., section 6.8.5, count
 /// 7, without the weights of this interpolation.)
-const ROUNDING: f32 = 10.0 * 0.5 * f32::EPSILON;
+pub(crate) const ROUNDING: f32 = 10.0 * 0.5 * f32::EPSILON;
 
 /// Returns the origin of a ray that leaves a planar shape or triangle at `point`: offset by the
 /// point's error bound, so that the ray does not hit a neighbour of the primitive that rounding
@@ -70,7 +71,7 @@ pub unsafe fn at<const POSSIBLE: Features>(
     let index = hit.primitive;
     if is_triangle(features, params, index) {
         // SAFETY: the caller's promise.
-        return unsafe { triangle(features, scene, ray, index - params.first_triangle) };
+        return unsafe { on_triangle(features, params, scene, ray, hit) };
     }
     if is_planar(features, params, index) {
         // SAFETY: the caller's promise.
@@ -114,6 +115,34 @@ pub unsafe fn at<const POSSIBLE: Features>(
     }
 }
 
+/// Returns the surface at a hit of a triangle, in the world or in an instance.
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+unsafe fn on_triangle<const POSSIBLE: Features>(
+    features: FeatureSet<POSSIBLE>,
+    params: &RenderParams,
+    scene: Scene,
+    ray: Ray,
+    hit: Hit,
+) -> Surface {
+    let is_placed = hit.is_in_instance(features);
+    let mut local = ray;
+    if is_placed {
+        // SAFETY: the caller's promise.
+        local = unsafe { instance::entry(params, scene, hit.instance) }.enter(ray, hit.instance);
+    }
+    // SAFETY: the caller's promise.
+    let (mut surface, size) =
+        unsafe { triangle(features, scene, local, hit.primitive - params.first_triangle) };
+    if is_placed {
+        // SAFETY: the caller's promise.
+        surface = unsafe { instance::placed(params, scene, hit.instance, surface, size) };
+    }
+    surface
+}
+
+/// Returns the surface at a hit of a triangle, and a bound of the sizes of the products that its
+/// point is a sum of.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
 unsafe fn triangle<const POSSIBLE: Features>(
@@ -121,7 +150,7 @@ unsafe fn triangle<const POSSIBLE: Features>(
     scene: Scene,
     ray: Ray,
     index: u32,
-) -> Surface {
+) -> (Surface, Vec3) {
     // SAFETY: the caller's promise; there is a shading record for each triangle.
     let (triangle, shading) =
         unsafe { (load::<Triangle>(scene.triangles, index), load::<TriangleShading>(scene.shading, index)) };
@@ -146,7 +175,7 @@ unsafe fn triangle<const POSSIBLE: Features>(
         // SAFETY: the host put the triangle's attributes there.
         attributes = unsafe { load_attributes(scene.shading, shading.attributes) }.at(a, b, c);
     }
-    Surface {
+    let surface = Surface {
         point: part_a + part_b + part_c,
         normal,
         shading_normal: if smooth.dot(normal) < 0.0 { -smooth } else { smooth },
@@ -156,7 +185,8 @@ unsafe fn triangle<const POSSIBLE: Features>(
         interpolated_normal: if square > 1e-8 { mixed } else { normal },
         attributes,
         material: triangle.material,
-    }
+    };
+    (surface, size)
 }
 
 /// Returns the unit normal that a normal map gives: `mapped` in the tangent space of the surface,

@@ -20,6 +20,7 @@ mod loader;
 mod lower;
 pub mod material;
 mod memory_budget;
+mod mesh_boxes;
 mod model;
 mod own_light;
 mod part_names;
@@ -29,6 +30,7 @@ mod records;
 mod resolve;
 mod ron_edit;
 mod scene_document;
+mod shared_meshes;
 mod space;
 pub mod texture;
 mod validate;
@@ -44,6 +46,7 @@ pub use import::Includes;
 pub use import::is_model;
 pub(crate) use ron_edit::{insert_camera, insert_space};
 pub use scene_document::SceneDocument;
+pub use shared_meshes::{SharedInstance, SharedMesh, SharedMeshes, Sharing};
 pub use space::Rebase;
 pub(crate) use space::triple;
 
@@ -95,7 +98,10 @@ pub struct Scene {
     /// Shading record of each triangle. Its `attributes` is 0 or 1 plus an index into
     /// [`attributes`](Self::attributes).
     pub shading: Vec<TriangleShading>,
-    /// Further attributes of triangles.
+    /// Meshes that are stored once and placed by instances. Their triangles' primitive ids follow
+    /// those of the triangles, and those of the instances come last.
+    pub shared: SharedMeshes,
+    /// Further attributes of triangles, in the world and of shared meshes.
     pub attributes: Vec<TriangleAttributes>,
     /// Materials, indexed by primitives.
     pub materials: Vec<Material>,
@@ -152,8 +158,13 @@ impl Scene {
         SceneDocument::hello_world()?.lower(Rebase::IDENTITY)
     }
 
-    /// Returns the number of primitives of all kinds.
+    /// Returns the number of primitives of all kinds; those of a shared mesh count once.
     pub fn primitives(&self) -> usize {
+        self.world_primitives() + self.shared.triangles.len()
+    }
+
+    /// Returns the number of primitives of all kinds in the world, without shared meshes.
+    pub fn world_primitives(&self) -> usize {
         self.spheres.len() + self.flats.len() + self.triangles.len()
     }
 
@@ -164,7 +175,8 @@ impl Scene {
         let mut needs = |feature: Features, needed: bool| all |= if needed { feature } else { 0 };
         needs(features::SPHERES, !self.spheres.is_empty());
         needs(features::PLANAR, !self.flats.is_empty());
-        needs(features::TRIANGLES, !self.triangles.is_empty());
+        needs(features::TRIANGLES, !self.triangles.is_empty() || !self.shared.instances.is_empty());
+        needs(features::INSTANCES, !self.shared.instances.is_empty());
         needs(features::ENVIRONMENT, self.environment.is_some());
         needs(features::PUNCTUAL, !self.lights.is_empty());
         for material in &self.materials {

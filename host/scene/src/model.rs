@@ -4,6 +4,7 @@
 use super::ImageSettings;
 use super::description::{Description, ShapeKind, Sky};
 use super::lower::camera_for;
+use super::mesh_boxes::{self, MeshBoxes};
 use super::own_light::OwnLight;
 use crate::Fresnel;
 use glam::DVec3;
@@ -54,11 +55,9 @@ pub(super) fn complete(mut model: Description) -> Completed {
 fn ball(model: &Description) -> (DVec3, f64) {
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     let mut add = |p: DVec3| (low, high) = (low.min(p), high.max(p));
+    let (boxes, is_large) = (MeshBoxes::of(model), mesh_boxes::is_large(model));
     for instance in &model.instances {
-        let Some(mesh) = model.meshes.get(instance.mesh) else { continue };
-        for &[x, y, z] in &mesh.positions {
-            add(instance.transform.transform_point3(DVec3::new(f64::from(x), f64::from(y), f64::from(z))));
-        }
+        boxes.points(model, instance, is_large).for_each(&mut add);
     }
     for shape in &model.shapes {
         if let ShapeKind::Sphere { center, radius } = shape.kind {

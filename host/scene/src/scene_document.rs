@@ -5,7 +5,7 @@ use super::description::{Description, TextureImage};
 use super::import::{Folder, Includes, ModelOptions};
 use super::loader::Loader;
 use super::resolve;
-use super::{ImageSettings, Rebase, Scene, SceneError, format, import, lower, model, warnings};
+use super::{ImageSettings, Rebase, Scene, SceneError, Sharing, format, import, lower, model, warnings};
 use std::path::Path;
 use trisect_image::{Image, ImageError};
 use trisect_system::input;
@@ -29,6 +29,8 @@ pub struct SceneDocument {
     pub notes: Vec<String>,
     /// Choices for models of which the scene does not make any.
     pub options: ModelOptions,
+    /// Choice of the meshes that instances share.
+    pub sharing: Sharing,
 }
 
 /// A loader that reads from the file system the files that a scene in this folder names.
@@ -118,7 +120,7 @@ impl SceneDocument {
     /// [`Scene::from_model`].
     pub fn from_model(model: Description, name: &str) -> Result<Self, SceneError> {
         let refused = |message| SceneError::Inconsistent { file: name.to_owned(), message };
-        lower::check_memory(&model).map_err(refused)?;
+        lower::check_memory(&model, Sharing::Auto).map_err(refused)?;
         let model::Completed { description, image, notes } = model::complete(model);
         Ok(Self {
             name: name.to_owned(),
@@ -127,6 +129,7 @@ impl SceneDocument {
             space: Rebase::IDENTITY,
             notes,
             options: ModelOptions::default(),
+            sharing: Sharing::Auto,
         })
     }
 
@@ -135,7 +138,8 @@ impl SceneDocument {
         let (description, image) = resolve::describe(&file, folder, &mut FromDisk { folder, options })?;
         let notes = description.notes.clone();
         let (name, options) = (name.to_owned(), options.clone());
-        Ok(Self { name, description, image, space: file.space.space, notes, options })
+        let (space, sharing) = (file.space.space, Sharing::Auto);
+        Ok(Self { name, description, image, space, notes, options, sharing })
     }
 
     /// Returns the warnings: data that was left out or changed while reading, and probable mistakes
@@ -154,6 +158,6 @@ impl SceneDocument {
         self.description.check().map_err(inconsistent)?;
         let moved = self.description.move_to(self.space.then(space));
         moved.map_err(|message| SceneError::Inconsistent { file: self.name.clone(), message })?;
-        lower::lower(&self.description, &self.image, &self.name)
+        lower::lower(&self.description, &self.image, &self.name, self.sharing)
     }
 }

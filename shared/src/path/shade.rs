@@ -169,7 +169,7 @@ impl Path {
                     SurfaceAovs { albedo: bsdf.albedo(features), diffuse: bsdf.diffuseness(features) };
                 let add_hit = |g: &mut AovSums| {
                     g.add_hit(
-                        hit.primitive,
+                        hit.named(features, params),
                         normals.of_bsdf.shading,
                         aov_sample,
                         vertex.surface.point,

@@ -8,6 +8,7 @@ use trisect::device::Choice;
 use trisect::output::exposure::Exposure;
 use trisect::render::{KernelFeatures, MathMode, Sampler, Schedule, Settings, Summation, Traversal};
 use trisect::scene::Includes;
+use trisect::scene::Sharing;
 use trisect::scene::import::{ModelOptions, is_model};
 
 /// Scene, settings and device of a render.
@@ -97,6 +98,12 @@ pub struct JobArgs {
     #[arg(long, value_enum)]
     pub bvh_quality: Option<BvhQuality>,
 
+    /// Meshes that several objects place: stored once and traced through their transforms, or copied
+    /// for each object, which is faster; affects the image by rounding only. Auto shares a mesh if
+    /// its copies would have more than 262,144 triangles.
+    #[arg(long, value_enum, default_value_t = SharingArg::Auto)]
+    pub instances: SharingArg,
+
     /// Method of finding the closest hit; does not affect the image (default: the fastest on the
     /// backend).
     #[arg(long, value_enum)]
@@ -145,6 +152,27 @@ pub struct ModelArgs {
     /// Name of the variant of the materials of glTF models (default: none).
     #[arg(long, value_name = "NAME")]
     pub material_variant: Option<String>,
+}
+
+/// Values of `--instances`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SharingArg {
+    /// Share large meshes.
+    Auto,
+    /// Share each mesh that can be shared, even with one instance. Meshes that emit are copied.
+    Share,
+    /// Copy all meshes.
+    Copy,
+}
+
+impl From<SharingArg> for Sharing {
+    fn from(sharing: SharingArg) -> Self {
+        match sharing {
+            SharingArg::Auto => Self::Auto,
+            SharingArg::Share => Self::Always,
+            SharingArg::Copy => Self::Never,
+        }
+    }
 }
 
 impl ModelArgs {

@@ -78,10 +78,11 @@ impl Loaded {
     /// Reads the scene, and checks its settings and that no output is one of its files.
     pub fn read(job: &JobArgs, outputs: &Outputs) -> Result<Self, Error> {
         let start = Instant::now();
-        let described = match &job.scene {
+        let mut described = match &job.scene {
             Some(path) => SceneDocument::load_including(path, job.includes.includes(), &job.model.options())?,
             None => SceneDocument::hello_world()?,
         };
+        described.sharing = job.instances.into();
         outputs.check_inputs("the scene", &job.scene)?;
         outputs.check_inputs("a file of the scene", &described.description.files)?;
         let settings = job.settings(described.image.into());

@@ -71,8 +71,8 @@ impl<'a> ValidScene<'a> {
         ];
         let wide = match wide.map(Wide::tree) {
             None => None,
-            Some(WideTree { root, nodes, spheres, triangles }) => Some([
-                upload(to, &[root.0], "the scene's wide BVH")?,
+            Some(WideTree { root, instance_roots, nodes, spheres, triangles }) => Some([
+                upload(to, &[&[root.0], instance_roots].concat(), "the scene's wide BVH")?,
                 upload(to, nodes, "the scene's wide BVH")?,
                 upload(to, spheres, "the scene's packets of spheres")?,
                 upload(to, triangles, "the scene's packets of triangles")?,

@@ -43,7 +43,7 @@ impl<'a> PreparedScene<'a> {
         let mut bvh = Bvh::build(scene, quality)?;
         let camera = camera::record(&scene.camera, 1, 1);
         let padded_for = bvh.pad_boxes(camera.origin, camera.lens_x.length());
-        let lights = Lights::new(scene, &bvh.triangles);
+        let lights = Lights::new(scene, bvh.world_triangles());
         let seconds = start.elapsed().as_secs_f64();
         Ok(Self { scene: valid, quality, bvh, wide: None, lights, padded_for, seconds })
     }

@@ -17,8 +17,9 @@ const DECOMPRESSED: u64 = 16;
 /// many parts take few bytes in a file.
 const BASE: u64 = 64 << 20;
 
-/// Maximum number of triangles in the world, where each instance of a mesh counts.
-const TRIANGLES: u64 = 1 << 30;
+/// Maximum number of triangles in the world, where each instance of a mesh counts. Those that share
+/// no mesh must fit the memory, too.
+const TRIANGLES: u64 = 1 << 40;
 
 /// Requests up to this size are granted without asking the system for its free memory.
 const SMALL: u64 = 16 << 20;

@@ -4,6 +4,8 @@
 mod environment;
 mod geometry;
 mod material;
+mod shared;
+mod sharing;
 mod tangents;
 mod texture;
 
@@ -13,7 +15,7 @@ use super::ImageSettings;
 use super::description::{self, Description, Mesh, PunctualLight};
 use super::error::SceneError;
 use super::values::{MAX_MAGNITUDE, MIN_MAGNITUDE};
-use super::{CameraPose, Scene};
+use super::{CameraPose, Scene, Sharing};
 use glam::{DVec3, Vec3};
 use std::collections::HashSet;
 use trisect_shared::sky::Sky;
@@ -24,6 +26,7 @@ pub(super) fn lower(
     description: &Description,
     image: &ImageSettings,
     name: &str,
+    sharing: Sharing,
 ) -> Result<Scene, SceneError> {
     let inconsistent = |message: String| SceneError::Inconsistent { file: name.to_owned(), message };
     let Some((_, camera)) = description.cameras.first() else {
@@ -49,7 +52,7 @@ pub(super) fn lower(
         let record = material::lower(material, fades, &description.images, (&mut textures, &mut layers));
         materials.push(record.map_err(inconsistent)?);
     }
-    let geometry = geometry::lower(description).map_err(inconsistent)?;
+    let geometry = geometry::lower(description, sharing).map_err(inconsistent)?;
     let mut warnings = description.warnings.clone();
     warnings.extend(geometry.warnings);
     let scene = Scene {
@@ -61,6 +64,7 @@ pub(super) fn lower(
         flats: geometry.flats,
         triangles: geometry.triangles,
         shading: geometry.shading,
+        shared: geometry.shared,
         attributes: geometry.attributes,
         materials,
         layers,
