@@ -169,9 +169,9 @@ fn t46_leaving_instances(subject: BackendUnderTest) {
 }
 
 /// Returns the greatest distance of a hit from the point that the ray aims at, along the normal, in
-/// ε of the numbers that take part.
-fn farthest(scene: &ProbeScene, instance: u32, questions: &[Input], outputs: &[Output]) -> f64 {
-    let mut worst = 0.0f64;
+/// ε of the numbers that take part; and the number of hits with another normal.
+fn farthest(scene: &ProbeScene, instance: u32, questions: &[Input], outputs: &[Output]) -> (f64, usize) {
+    let (mut worst, mut turned) = (0.0f64, 0);
     for (k, (input, output)) in questions.iter().zip(outputs).enumerate() {
         if output.a.w == NO_PRIMITIVE {
             continue;
@@ -183,13 +183,14 @@ fn farthest(scene: &ProbeScene, instance: u32, questions: &[Input], outputs: &[O
         if direction.dot(aimed.normal).abs() < 0.2 {
             continue;
         }
+        turned += usize::from(vector(output.a).as_dvec3().dot(aimed.normal) < 1.0 - 1e-5);
         let height = ((origin + direction * distance) - aimed.point).dot(aimed.normal).abs();
         let map = scene.scene.shared.instances[instance as usize].map();
         let condition = norm(&map) * norm(&map.inverse());
         let numbers = origin.length() + distance + map.translation.length() + aimed.point.length();
         worst = worst.max(height / (EPSILON * numbers * condition));
     }
-    worst
+    (worst, turned)
 }
 
 /// Returns the root of the sum of squares of a map's linear part.
@@ -199,7 +200,8 @@ fn norm(map: &DAffine3) -> f64 {
 }
 
 /// Hits are where the triangle is, computed in f64 in the world, within a few roundings of the
-/// coordinates times the condition of the map.
+/// coordinates times the condition of the map; and have its normal, except at edges, where rounding
+/// decides.
 fn t46_hits_of_instances(subject: BackendUnderTest) {
     /// 10 roundings of half an ε on the way in, one of the direction, 10 of the triangle's own
     /// test, at a cosine of 0.2.
@@ -207,13 +209,14 @@ fn t46_hits_of_instances(subject: BackendUnderTest) {
     let scene = ProbeScene::new(&balls());
     let Some(mut prober) = Prober::with_scene(subject, &scene) else { return };
     let first = scene.bvh.first_leaf_of_instances();
-    let (mut worst, mut hits, mut control) = (0.0f64, 0, 0.0f64);
+    let (mut worst, mut hits, mut turned, mut control) = (0.0f64, 0, 0, 0.0f64);
     for instance in 0..INSTANCES {
         prober.render.root = Child::leaf(first + instance).0;
         let questions = questions(&scene, instance);
         let outputs = prober.ask("probe_trace", CLOSEST, &questions);
         hits += outputs.iter().filter(|output| output.a.w != NO_PRIMITIVE).count();
-        worst = worst.max(farthest(&scene, instance, &questions, &outputs));
+        let found = farthest(&scene, instance, &questions, &outputs);
+        (worst, turned) = (worst.max(found.0), turned + found.1);
         // Negative control: a thousandth of the way less.
         let shorter: Vec<Output> = outputs
             .iter()
@@ -223,9 +226,9 @@ fn t46_hits_of_instances(subject: BackendUnderTest) {
                 output
             })
             .collect();
-        control = control.max(farthest(&scene, instance, &questions, &shorter));
+        control = control.max(farthest(&scene, instance, &questions, &shorter).0);
     }
-    assert!(hits > 50_000 && worst <= LIMIT, "{worst} of {hits}");
+    assert!(hits > 50_000 && worst <= LIMIT && turned * 1000 < hits, "{worst}, {turned} of {hits}");
     assert!(control > LIMIT, "negative control not detected: {control}");
     report(46, subject, Outcome::Passed, format!("{hits} hits within {worst:.1} eps of the coordinates"));
 }
@@ -297,4 +300,43 @@ fn t46_images_of_instances(subject: BackendUnderTest) {
     report(46, subject, Outcome::Passed, format!("{:.1} % of pixels as with copies", 100.0 * share));
 }
 
-for_each_backend!(t46_leaving_instances, t46_hits_of_instances, t46_images_of_instances);
+/// Returns a room of six instances of a square, in which a ray meets the triangle of its own number
+/// on every wall; `open` leaves one out.
+fn room(open: bool) -> Scene {
+    let square = Mesh {
+        positions: vec![[-1.0, -1.0, 1.0], [1.0, -1.0, 1.0], [1.0, 1.0, 1.0], [-1.0, 1.0, 1.0]],
+        triangles: vec![[0, 2, 1], [0, 3, 2]],
+        ..Mesh::default()
+    };
+    let mut scene = SceneBuilder::new();
+    let white = scene.material(Lambertian::rgb(0.9, 0.9, 0.9));
+    let square = scene.mesh(square, white);
+    // Turns by right angles, without rounding.
+    let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
+    let walls = [[x, y, z], [-x, y, -z], [-z, y, x], [z, y, -x], [x, -z, y], [x, z, -y]];
+    for columns in &walls[usize::from(open)..] {
+        let turn = glam::DMat3::from_cols_slice(&columns.map(|v| v.to_array()).concat());
+        scene.instance(square, DAffine3::from_mat3_translation(turn * 4.0, DVec3::new(0.5, 8.0, -16.0)));
+    }
+    scene.sky(Gradient::new([1.0; 3], [1.0; 3]));
+    scene.camera(Camera::look_at([1.5, 7.0, -13.0], [0.0, 8.0, -17.0]).fov_degrees(90.0));
+    scene.sharing(Sharing::Always).build().unwrap()
+}
+
+/// No ray leaves a closed room of instances: the triangle that it departs from is one of a wall,
+/// not of all of them.
+fn t46_closed_rooms(subject: BackendUnderTest) {
+    let scene = room(false);
+    let Some(mut renderer) = subject.renderer(&scene) else { return };
+    let settings = Settings { width: 61, height: 43, samples: 32, depth: 40, ..Settings::of(&scene) };
+    let lit = |film: &trisect::film::Film| film.pixels.iter().filter(|pixel| pixel.mean()[0] > 0.0).count();
+    let dark = lit(&film(&mut renderer, &settings));
+    assert_eq!(dark, 0, "pixels that see the sky");
+    // Negative control: a wall is missing.
+    let mut renderer = subject.renderer(&room(true)).expect("it opened before");
+    let open = lit(&film(&mut renderer, &settings));
+    assert!(open > 2000, "negative control not detected: {open}");
+    report(46, subject, Outcome::Passed, "a closed room of instances is dark".to_owned());
+}
+
+for_each_backend!(t46_leaving_instances, t46_hits_of_instances, t46_images_of_instances, t46_closed_rooms);

@@ -100,7 +100,7 @@ pub struct JobArgs {
 
     /// Meshes that several objects place: stored once and traced through their transforms, or copied
     /// for each object, which is faster; affects the image by rounding only. Auto shares a mesh if
-    /// its copies would have more than 262,144 triangles.
+    /// its copies would have a million triangles more.
     #[arg(long, value_enum, default_value_t = SharingArg::Auto)]
     pub instances: SharingArg,
 

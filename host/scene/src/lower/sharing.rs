@@ -4,9 +4,9 @@ use super::super::description::{Description, Instance, Mesh};
 use super::super::shared_meshes::Sharing;
 use glam::DMat3;
 
-/// Minimum number of triangles that sharing a mesh saves: below, its copies take less than 100 MiB
-/// (docs/notebook/instances.md).
-const MIN_SAVED: u64 = 1 << 18;
+/// Minimum number of triangles that sharing a mesh saves: below, its copies take less than 450 MiB
+/// and a second or two to build, and rays among copies are faster (docs/notebook/instances.md).
+const MIN_SAVED: u64 = 1 << 20;
 
 /// Minimum number of triangles of a shared mesh: a ray passes into an instance in the time of about
 /// ten nodes.
@@ -91,11 +91,11 @@ mod tests {
 
     #[test]
     fn many_copies_are_shared() {
-        let many = scene(1024, 257);
-        assert_eq!(count(&many, Sharing::Auto), 257);
+        let many = scene(1024, 1025);
+        assert_eq!(count(&many, Sharing::Auto), 1025);
         assert_eq!(count(&many, Sharing::Never), 0);
-        assert_eq!(count(&scene(1024, 256), Sharing::Auto), 0);
-        assert_eq!(count(&scene(2, 1 << 18), Sharing::Auto), 0);
+        assert_eq!(count(&scene(1024, 1024), Sharing::Auto), 0);
+        assert_eq!(count(&scene(2, 1 << 20), Sharing::Auto), 0);
         assert_eq!(count(&scene(2, 1), Sharing::Always), 1);
     }
 
