@@ -12,5 +12,6 @@ mod lost_context;
 mod models;
 mod resources;
 mod shell;
+mod surroundings;
 mod tradeoff;
 mod viewer;

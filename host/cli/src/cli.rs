@@ -11,6 +11,7 @@ mod goal;
 mod job;
 mod render;
 mod shell;
+mod surroundings;
 mod tradeoff;
 mod view;
 
@@ -26,6 +27,7 @@ pub use goal::GoalArgs;
 pub use job::{IncludeArgs, JobArgs, ModelArgs};
 pub use render::RenderArgs;
 pub use shell::{CompletionsArgs, DoctorArgs, InfoArgs, LogArgs, ManArgs};
+pub use surroundings::SurroundingsArgs;
 pub use tradeoff::{ConvergeArgs, ReferenceArgs, TradeoffArgs};
 pub use view::ViewArgs;
 
@@ -120,6 +122,10 @@ pub struct CheckArgs {
     /// Parts of models that are drawn.
     #[command(flatten)]
     pub model: ModelArgs,
+
+    /// Environment, sun and ground.
+    #[command(flatten)]
+    pub surroundings: SurroundingsArgs,
 
     /// Print JSON instead of text.
     #[arg(long)]

@@ -7,6 +7,7 @@ pub use super::material::surface::{
 
 use super::description::{Description, Instance, Material, Mesh, PunctualLight, Shape, ShapeKind, Sky};
 use super::import::ModelOptions;
+use super::surroundings::Surroundings;
 use super::values::{MAX_MAGNITUDE, unit};
 use super::{CameraPose, Fresnel, ImageSettings, Rebase, Scene, SceneDocument, SceneError};
 use glam::{DAffine3, DVec3};
@@ -160,6 +161,7 @@ impl SceneBuilder {
             image,
             space: Rebase::IDENTITY,
             options: ModelOptions::default(),
+            surroundings: Surroundings::default(),
             notes: Vec::new(),
         };
         document.lower(Rebase::IDENTITY)

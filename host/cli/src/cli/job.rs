@@ -1,6 +1,6 @@
 //! Scene, settings and device: the options of all commands that render.
 
-use super::{parse_count, parse_resolution};
+use super::{SurroundingsArgs, parse_count, parse_resolution};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 use trisect::bvh::BvhQuality;
@@ -23,6 +23,10 @@ pub struct JobArgs {
     /// Parts of models that are drawn.
     #[command(flatten)]
     pub model: ModelArgs,
+
+    /// Environment, sun and ground.
+    #[command(flatten)]
+    pub surroundings: SurroundingsArgs,
 
     /// Backend to render on.
     #[arg(long, value_enum, default_value_t = Choice::Auto)]

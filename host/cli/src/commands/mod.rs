@@ -79,8 +79,13 @@ impl Loaded {
     pub fn read(job: &JobArgs, outputs: &Outputs) -> Result<Self, Error> {
         let start = Instant::now();
         let described = match &job.scene {
-            Some(path) => SceneDocument::load_including(path, job.includes.includes(), &job.model.options())?,
-            None => SceneDocument::hello_world()?,
+            Some(path) => SceneDocument::load_in_surroundings(
+                path,
+                job.includes.includes(),
+                &job.model.options(),
+                &job.surroundings.surroundings(),
+            )?,
+            None => SceneDocument::hello_world()?.surrounded(&job.surroundings.surroundings())?,
         };
         outputs.check_inputs("the scene", &job.scene)?;
         outputs.check_inputs("a file of the scene", &described.description.files)?;

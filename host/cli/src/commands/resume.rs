@@ -66,6 +66,7 @@ pub fn command(arguments: &ResumeArgs, header: &Header) -> Result<RenderArgs, Er
     };
     let at = |path: PathBuf| header.folder.join(path);
     command.job.scene = arguments.scene.clone().or(command.job.scene.map(at));
+    command.job.surroundings.in_folder(&header.folder);
     command.output = arguments.output.clone().unwrap_or_else(|| at(command.output.clone()));
     command.exposure = arguments.exposure.or(command.exposure);
     // The path of statistics is that of the new command; the caller checks the image's path.

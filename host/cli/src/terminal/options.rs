@@ -4,7 +4,7 @@
 use std::borrow::Cow;
 
 /// Settings whose options have their names.
-const OPTIONS: [&str; 37] = [
+const OPTIONS: [&str; 38] = [
     "allow_outside",
     "aov",
     "backend",
@@ -23,6 +23,7 @@ const OPTIONS: [&str; 37] = [
     "distribute",
     "exposure",
     "first",
+    "ground",
     "last",
     "math",
     "max_spp",
