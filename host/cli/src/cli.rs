@@ -3,6 +3,7 @@
 //! `main` parses them and hands them to the commands. The doc comments of commands, of their
 //! fields and of the values of options are the text of `--help`.
 
+mod background;
 mod bench;
 mod checkpointing;
 mod cluster;
@@ -12,9 +13,11 @@ mod job;
 mod render;
 mod shell;
 mod surroundings;
+mod switch;
 mod tradeoff;
 mod view;
 
+pub use background::Background;
 #[cfg(feature = "mpi")]
 pub use bench::ClusterBenchArgs;
 pub use bench::{BenchArgs, BenchCommand, ReportArgs};

@@ -19,7 +19,7 @@ pub struct Surroundings {
     pub environment: Option<EnvironmentSource>,
     /// Parallel light in addition to all other light.
     pub sun: Option<Sun>,
-    /// Whether a ground is below the scene. `None` gives one to a model that has neither a camera
+    /// True for a ground below the scene. `None` gives one to a model that has neither a camera
     /// nor lights that carry its image, and keeps that of a scene file.
     pub ground: Option<bool>,
 }

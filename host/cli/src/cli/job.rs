@@ -1,7 +1,8 @@
 //! Scene, settings and device: the options of all commands that render.
 
+use super::switch::Switch;
 use super::{SurroundingsArgs, parse_count, parse_resolution};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use std::path::PathBuf;
 use trisect::bvh::BvhQuality;
 use trisect::device::Choice;
@@ -183,15 +184,6 @@ impl IncludeArgs {
     pub fn includes(self) -> Includes {
         if self.allow_outside { Includes::Anywhere } else { Includes::Below }
     }
-}
-
-/// Switch of an option: `on` or `off`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Switch {
-    /// Enabled.
-    On,
-    /// Disabled.
-    Off,
 }
 
 impl JobArgs {

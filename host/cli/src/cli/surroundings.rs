@@ -1,6 +1,6 @@
 //! Environment, sun and ground: options of the commands that read a scene or a model.
 
-use super::job::Switch;
+use super::switch::Switch;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use trisect::scene::{EnvironmentSource, Sun, Surroundings};

@@ -3,6 +3,7 @@
 //! `main` calls a command with its parsed arguments and gets an exit code or an error.
 //! [`Loaded`] is a scene with its settings, [`Session`] the same on an open backend.
 
+mod background;
 mod bench;
 pub mod check;
 mod checkpointing;

@@ -4,9 +4,10 @@
 use std::borrow::Cow;
 
 /// Settings whose options have their names.
-const OPTIONS: [&str; 38] = [
+const OPTIONS: [&str; 39] = [
     "allow_outside",
     "aov",
+    "background",
     "backend",
     "block",
     "budget",

@@ -1,4 +1,4 @@
-//! What a model by itself is given, and what it is not given.
+//! Tests of the camera, the light and the ground that a model by itself is given.
 
 use super::*;
 use crate::description::{Instance, Lambertian, Material, Mesh, PunctualLight};

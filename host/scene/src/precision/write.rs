@@ -174,8 +174,8 @@ fn field(space: Rebase) -> String {
     format!("(origin: {}, scale: {:?})", point_text(space.origin), space.scale)
 }
 
-/// Returns the text of a scene file that contains the model, and the camera, sky, sun and ground that
-/// the model was given.
+/// Returns the text of a scene file that contains the model, and the camera, sky, sun and ground
+/// that the model was given.
 fn around_model(from: &Path, scene: &SceneDocument, change: Change) -> Result<String, WriteError> {
     let Some(name) = from.file_name().and_then(|name| name.to_str()) else {
         return Err(WriteError::Name { path: from.to_owned() });

@@ -53,8 +53,8 @@ use std::collections::HashMap;
 ///
 /// * `map_Kd` multiplies `Kd` of materials with a base colour; `map_Ks`, `map_Pr` and `map_Pm`
 ///   multiply `Ks`, `Pr` and `Pm`.
-/// * `norm` is a normal map. `map_Bump` or `bump` is one if its texels are; otherwise it is a height
-///   map, of which white is 1 % of the image's width above black. `-bm` multiplies both.
+/// * `norm` is a normal map. `map_Bump` or `bump` is one if its texels are; otherwise it is a
+///   height map, of which white is 1 % of the image's width above black. `-bm` multiplies both.
 /// * `Ke`, times `map_Ke`, is emitted by both sides.
 /// * `d` below 1 (or `Tr` above 0) is opacity, except for glass.
 /// * Maps take the options `-s`, `-o` and `-clamp`.
