@@ -6,9 +6,9 @@ use glam::DVec3;
 /// Reflected fraction of the ground.
 pub const ALBEDO: f64 = 0.5;
 /// Radius up to which the ground is opaque, in units of its size.
-const OPAQUE: f64 = 2.5;
+const OPAQUE: f64 = 1.5;
 /// Radius at which it ends.
-pub const END: f64 = 8.0;
+pub const END: f64 = 9.0;
 /// Distance below the lowest point, in units of its size: a flat base is in front of it.
 const GAP: f64 = 2e-4;
 /// Number of rings that fade.
@@ -21,7 +21,7 @@ const SECTORS: u32 = 64;
 pub struct Ground {
     /// Centre of the disc.
     pub center: DVec3,
-    /// Radius of the model on it: the disc is opaque up to 2.5 times this length, and ends at 8
+    /// Radius of the model on it: the disc is opaque up to 1.5 times this length, and ends at 9
     /// times.
     pub size: f64,
 }
@@ -52,14 +52,13 @@ impl Ground {
         let (mut positions, mut opacity, mut triangles) = (vec![[0.0; 3]], vec![1.0], Vec::new());
         for ring in 0..=RINGS {
             let part = f64::from(ring) / f64::from(RINGS);
-            // Wider rings outside, where less is seen of them.
+            // Wider rings outside, where less is seen of them, so that the fading looks even.
             let radius = OPAQUE * (END / OPAQUE).powf(part);
-            let fade = (radius - OPAQUE) / (END - OPAQUE);
             for sector in 0..SECTORS {
                 let (sine, cosine) =
                     (std::f64::consts::TAU * f64::from(sector) / f64::from(SECTORS)).sin_cos();
                 positions.push([(radius * cosine) as f32, 0.0, (-radius * sine) as f32]);
-                opacity.push((1.0 - fade * fade * (3.0 - 2.0 * fade)) as f32);
+                opacity.push((1.0 - part * part * (3.0 - 2.0 * part)) as f32);
             }
         }
         for sector in 0..SECTORS {
@@ -90,7 +89,7 @@ mod tests {
         }
         for (position, opacity) in positions.iter().zip(&opacity) {
             let radius = f64::from(Vec3::from(*position).length());
-            let (inside, outside) = (radius < OPAQUE + 1e-6, radius > END - 1e-6);
+            let (inside, outside) = (radius < OPAQUE + 1e-5, radius > END - 1e-5);
             assert_eq!((*opacity == 1.0, *opacity == 0.0), (inside, outside), "{radius}");
         }
     }

@@ -148,7 +148,7 @@ pub enum Sky<'a> {
 pub struct Ground {
     /// Centre of the disc in scene units.
     pub center: Point,
-    /// Radius of what stands on it: the ground is opaque up to 2.5 times this length.
+    /// Radius of what stands on it: the ground is opaque up to 1.5 times this length.
     pub size: Length,
 }
 
