@@ -44,7 +44,7 @@ pub struct RenderParams {
     pub light_count: u32,
     /// Segment from which on Russian roulette may end a path.
     pub roulette_from: u32,
-    /// Bits: [`FLAG_END_OF_CHUNK`], [`FLAG_PER_PIXEL_RANGE`].
+    /// Bits: [`FLAG_END_OF_CHUNK`], [`FLAG_PER_PIXEL_RANGE`], [`FLAG_HIDDEN_SKY`].
     pub flags: u32,
     /// Probability that next-event estimation samples the environment map, 0 to 1; 0 if light
     /// sampling is off.
@@ -108,6 +108,8 @@ pub const FLAG_END_OF_CHUNK: u32 = 1;
 /// the film names when the launch begins. A pixel that starts at `end_sample` is left as it is. All
 /// pixels of a work group start at the same sample.
 pub const FLAG_PER_PIXEL_RANGE: u32 = 2;
+/// Flag: camera rays that reach the sky add nothing. All other rays see it.
+pub const FLAG_HIDDEN_SKY: u32 = 4;
 /// Value of `max_radiance` that clamps no sample.
 pub const NO_CLAMP: f32 = f32::MAX;
 /// Flag that is never set: a zero that no compiler can know (see

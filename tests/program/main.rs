@@ -1,6 +1,7 @@
 //! The program as users run it, its documentation, and devices that are named, missing or lost.
 
 mod backends;
+mod background;
 mod bad_input;
 mod bad_models;
 mod checkpoint;
@@ -12,5 +13,6 @@ mod lost_context;
 mod models;
 mod resources;
 mod shell;
+mod surroundings;
 mod tradeoff;
 mod viewer;

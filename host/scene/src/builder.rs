@@ -7,6 +7,7 @@ pub use super::material::surface::{
 
 use super::description::{Description, Instance, Material, Mesh, PunctualLight, Shape, ShapeKind, Sky};
 use super::import::ModelOptions;
+use super::surroundings::Surroundings;
 use super::values::{MAX_MAGNITUDE, unit};
 use super::{CameraPose, Fresnel, ImageSettings, Rebase, Scene, SceneDocument, SceneError, Sharing};
 use glam::{DAffine3, DVec3};
@@ -168,6 +169,7 @@ impl SceneBuilder {
             space: Rebase::IDENTITY,
             options: ModelOptions::default(),
             sharing: self.sharing,
+            surroundings: Surroundings::default(),
             notes: Vec::new(),
         };
         document.lower(Rebase::IDENTITY)

@@ -11,6 +11,7 @@ mod check;
 pub mod description;
 mod error;
 mod format;
+mod ground;
 mod image_settings;
 pub mod import;
 mod include;
@@ -32,6 +33,8 @@ mod ron_edit;
 mod scene_document;
 mod shared_meshes;
 mod space;
+mod studio;
+mod surroundings;
 pub mod texture;
 mod validate;
 mod values;
@@ -49,6 +52,7 @@ pub use scene_document::SceneDocument;
 pub use shared_meshes::{SharedInstance, SharedMesh, SharedMeshes, Sharing};
 pub use space::Rebase;
 pub(crate) use space::triple;
+pub use surroundings::{EnvironmentSource, Sun, Surroundings};
 
 use description::Description;
 use std::path::Path;
@@ -121,8 +125,8 @@ pub struct Scene {
 
 impl Scene {
     /// Reads a scene file, or a model (`.gltf`, `.glb`, `.obj`, `.ply`, `.stl`). A model without a
-    /// camera gets one that shows all of it, and a model whose own lights do not carry the image
-    /// gets a sky.
+    /// camera gets one that shows all of it, a model whose own lights do not carry the image gets
+    /// the light of a studio, and a model with neither gets a ground.
     pub fn load(path: &Path) -> Result<Self, SceneError> {
         Self::load_in(path, Rebase::IDENTITY)
     }
@@ -148,7 +152,8 @@ impl Scene {
     }
 
     /// Makes a scene of a model that was read from elsewhere. As with [`Self::load`], it gets the
-    /// camera and the sky that it lacks.
+    /// camera, the light and the ground that it lacks. A model with a sky of its own gets neither
+    /// light nor ground.
     pub fn from_model(model: Description, name: &str) -> Result<Self, SceneError> {
         SceneDocument::from_model(model, name)?.lower(Rebase::IDENTITY)
     }

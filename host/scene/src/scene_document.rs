@@ -4,10 +4,12 @@
 use super::description::{Description, TextureImage};
 use super::import::{Folder, Includes, ModelOptions};
 use super::loader::Loader;
-use super::resolve;
-use super::{ImageSettings, Rebase, Scene, SceneError, Sharing, format, import, lower, model, warnings};
+use super::surroundings::{self, Surroundings};
+use super::{
+    ImageSettings, Rebase, Scene, SceneError, Sharing, format, import, lower, model, resolve, warnings,
+};
 use std::path::Path;
-use trisect_image::{Image, ImageError};
+use trisect_image::Image;
 use trisect_system::input;
 
 /// The built-in scene, a copy of the one in `scenes`, which a published crate does not contain.
@@ -31,6 +33,8 @@ pub struct SceneDocument {
     pub options: ModelOptions,
     /// Choice of the meshes that instances share.
     pub sharing: Sharing,
+    /// Environment, sun and ground that were chosen in addition to what the file states.
+    pub surroundings: Surroundings,
 }
 
 /// A loader that reads from the file system the files that a scene in this folder names.
@@ -46,17 +50,7 @@ impl Loader for FromDisk<'_> {
     }
 
     fn panorama(&mut self, path: &Path) -> Result<Image, SceneError> {
-        Image::read(path).map_err(|error| match error {
-            ImageError::Io { path, source } => SceneError::Read { path, source },
-            ImageError::Codec { message, .. } => {
-                SceneError::Inconsistent { file: path.display().to_string(), message }
-            }
-            other => {
-                let (file, text) = (path.display().to_string(), other.to_string());
-                let message = text.strip_prefix(&format!("{file}: ")).unwrap_or(&text).to_owned();
-                SceneError::Inconsistent { file, message }
-            }
-        })
+        surroundings::read_panorama(path)
     }
 
     fn texture(&mut self, path: &Path, linear: bool) -> Result<TextureImage, SceneError> {
@@ -81,11 +75,27 @@ impl SceneDocument {
         includes: Includes,
         options: &ModelOptions,
     ) -> Result<Self, SceneError> {
+        Self::load_in_surroundings(path, includes, options, &Surroundings::default())
+    }
+
+    /// Reads a scene as [`Self::load_including`] does, with these surroundings: they replace the
+    /// sky and the ground of a scene file, and those that a model gets.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError`] names the file and the place.
+    pub fn load_in_surroundings(
+        path: &Path,
+        includes: Includes,
+        options: &ModelOptions,
+        surroundings: &Surroundings,
+    ) -> Result<Self, SceneError> {
         let name = path.display().to_string();
         let folder = Folder::of(path).including(includes);
         if import::is_model(path) {
-            let model = Self::from_model(import::load_below(path, options, &folder)?, &name)?;
-            return Ok(Self { options: options.clone(), ..model });
+            let model = import::load_below(path, options, &folder)?;
+            let document = Self::from_model_in_surroundings(model, &name, surroundings)?;
+            return Ok(Self { options: options.clone(), ..document });
         }
         // Files without an extension, such as `/dev/stdin`, are scene files.
         if path.extension().is_some_and(|extension| !extension.eq_ignore_ascii_case("ron")) {
@@ -93,7 +103,18 @@ impl SceneDocument {
         }
         let text =
             input::read_text(path).map_err(|source| SceneError::Read { path: path.to_owned(), source })?;
-        Self::read(&text, &name, &folder, options)
+        Self::read(&text, &name, &folder, options)?.surrounded(surroundings)
+    }
+
+    /// Returns the scene, which is not a model by itself, with these surroundings.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError`] for a panorama that cannot be read, and for a ground, which a scene file
+    /// states itself.
+    pub fn surrounded(mut self, surroundings: &Surroundings) -> Result<Self, SceneError> {
+        surroundings.apply(&mut self.description, &self.name)?;
+        Ok(Self { surroundings: surroundings.clone(), ..self })
     }
 
     /// Reads a scene from text; see [`Scene::parse`].
@@ -116,12 +137,26 @@ impl SceneDocument {
         Self::parse(HELLO_WORLD, "scenes/three_spheres.ron (built in)")
     }
 
-    /// Makes a scene of a model, with the camera and the sky that it lacks; see
+    /// Makes a scene of a model, with the camera, the light and the ground that it lacks; see
     /// [`Scene::from_model`].
     pub fn from_model(model: Description, name: &str) -> Result<Self, SceneError> {
+        Self::from_model_in_surroundings(model, name, &Surroundings::default())
+    }
+
+    /// Makes a scene of a model as [`Self::from_model`] does, with these surroundings.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError`] for a model that does not fit into memory, and for a panorama that cannot be
+    /// read.
+    pub fn from_model_in_surroundings(
+        model: Description,
+        name: &str,
+        surroundings: &Surroundings,
+    ) -> Result<Self, SceneError> {
         let refused = |message| SceneError::Inconsistent { file: name.to_owned(), message };
         lower::check_memory(&model, Sharing::Auto).map_err(refused)?;
-        let model::Completed { description, image, notes } = model::complete(model);
+        let model::Completed { description, image, notes } = model::complete(model, surroundings)?;
         Ok(Self {
             name: name.to_owned(),
             description,
@@ -130,6 +165,7 @@ impl SceneDocument {
             notes,
             options: ModelOptions::default(),
             sharing: Sharing::Auto,
+            surroundings: surroundings.clone(),
         })
     }
 
@@ -139,7 +175,8 @@ impl SceneDocument {
         let notes = description.notes.clone();
         let (name, options) = (name.to_owned(), options.clone());
         let (space, sharing) = (file.space.space, Sharing::Auto);
-        Ok(Self { name, description, image, space, notes, options, sharing })
+        let surroundings = Surroundings::default();
+        Ok(Self { name, description, image, space, notes, options, sharing, surroundings })
     }
 
     /// Returns the warnings: data that was left out or changed while reading, and probable mistakes
@@ -154,6 +191,7 @@ impl SceneDocument {
     pub fn lower(mut self, space: Rebase) -> Result<Scene, SceneError> {
         // Warnings are about the author's own numbers, which a space may move out of range.
         self.description.warnings = self.warnings();
+        lower::place_ground(&mut self.description);
         let inconsistent = |message| SceneError::Inconsistent { file: self.name.clone(), message };
         self.description.check().map_err(inconsistent)?;
         let moved = self.description.move_to(self.space.then(space));

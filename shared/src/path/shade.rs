@@ -15,7 +15,7 @@ use crate::layers::SOLID;
 use crate::light::mis_weight;
 use crate::material::{BLENDED, MASKED};
 use crate::math::{exp2, max, max_component, min, unit_f32};
-use crate::params::RenderParams;
+use crate::params::{FLAG_HIDDEN_SKY, RenderParams};
 use crate::sampler::words;
 use crate::scene::Scene;
 use core::f32::consts::LOG2_E;
@@ -104,6 +104,9 @@ impl Path {
             let from = unsafe { environment::radiance(params, scene, direction) };
             let light_pdf = from.pdf * params.environment_probability;
             sky = from.radiance * if self.pdf > 0.0 { mis_weight(self.pdf, light_pdf) } else { 1.0 };
+        }
+        if self.segment == 1 && params.flags & FLAG_HIDDEN_SKY != 0 {
+            sky = Vec3::ZERO;
         }
         self.radiance += self.throughput * sky;
         if features.has(AOVS) && self.segment == 1 {

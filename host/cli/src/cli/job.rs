@@ -1,6 +1,7 @@
 //! Scene, settings and device: the options of all commands that render.
 
-use super::{parse_count, parse_resolution};
+use super::switch::Switch;
+use super::{SurroundingsArgs, parse_count, parse_resolution};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 use trisect::bvh::BvhQuality;
@@ -24,6 +25,10 @@ pub struct JobArgs {
     /// Parts of models that are drawn.
     #[command(flatten)]
     pub model: ModelArgs,
+
+    /// Environment, sun and ground.
+    #[command(flatten)]
+    pub surroundings: SurroundingsArgs,
 
     /// Backend to render on.
     #[arg(long, value_enum, default_value_t = Choice::Auto)]
@@ -207,15 +212,6 @@ impl IncludeArgs {
     pub fn includes(self) -> Includes {
         if self.allow_outside { Includes::Anywhere } else { Includes::Below }
     }
-}
-
-/// Switch of an option: `on` or `off`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Switch {
-    /// Enabled.
-    On,
-    /// Disabled.
-    Off,
 }
 
 impl JobArgs {

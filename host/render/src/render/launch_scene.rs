@@ -12,7 +12,7 @@ use trisect_scene::{CameraPose, Scene, SceneError};
 use trisect_shared::bvh::{BvhNode, Child};
 use trisect_shared::camera::Camera;
 use trisect_shared::features::{Features, PADDED_BOXES};
-use trisect_shared::params::{NO_CLAMP, RenderParams};
+use trisect_shared::params::{FLAG_HIDDEN_SKY, NO_CLAMP, RenderParams};
 use trisect_shared::tile_entry::NO_TILE_ENTRIES;
 
 /// Camera of a scene, and what launches and tile entries need to know of the scene.
@@ -178,7 +178,7 @@ impl LaunchScene {
             first_triangle,
             light_count: if sampled { self.params.lights } else { 0 },
             roulette_from: if settings.roulette { settings.roulette_depth } else { u32::MAX },
-            flags: 0,
+            flags: if settings.hidden_sky { FLAG_HIDDEN_SKY } else { 0 },
             environment_probability: if sampled { self.params.environment_probability } else { 0.0 },
             environment_width: self.params.environment_size.0,
             environment_height: self.params.environment_size.1,

@@ -5,6 +5,7 @@
 //! then needs no transforms.
 
 use super::super::description::{Description, Instance, Mesh, Shape, ShapeKind};
+use super::super::limits::MAX_VERTEX;
 use super::super::memory_budget::MemoryBudget;
 use super::super::shared_meshes::{SharedMeshes, Sharing};
 use super::super::values::MAX_MAGNITUDE;
@@ -20,10 +21,6 @@ use trisect_shared::planar::{DISC, Planar, QUAD};
 use trisect_shared::sphere::Sphere;
 use trisect_shared::texture::Texel;
 use trisect_shared::triangle::{Triangle, TriangleShading};
-
-/// Maximum coordinate of a vertex: products of three coordinates, which the triangle test computes,
-/// stay finite in f32.
-pub(super) const MAX_VERTEX: f64 = 1e12;
 
 #[derive(Default)]
 pub(super) struct Geometry {

@@ -3,6 +3,7 @@
 
 mod environment;
 mod geometry;
+mod ground;
 mod material;
 mod shared;
 mod sharing;
@@ -10,6 +11,7 @@ mod tangents;
 mod texture;
 
 pub(super) use geometry::check_memory;
+pub(super) use ground::place as place_ground;
 
 use super::ImageSettings;
 use super::description::{self, Description, Mesh, PunctualLight};
@@ -32,15 +34,17 @@ pub(super) fn lower(
     let Some((_, camera)) = description.cameras.first() else {
         return Err(inconsistent("no camera; add one".to_owned()));
     };
-    let (sky, environment) = match &description.sky {
-        None => (uniform(Vec3::ZERO), None),
+    let sky = match &description.sky {
         Some(description::Sky::Gradient { bottom, top }) => {
-            (Sky { bottom: bottom.as_vec3(), pad0: 0, top: top.as_vec3(), pad1: 0 }, None)
+            Sky { bottom: bottom.as_vec3(), pad0: 0, top: top.as_vec3(), pad1: 0 }
         }
-        Some(description::Sky::Image { image, scale, rotation }) => {
-            let environment = environment::lower(image, *scale, *rotation).map_err(inconsistent)?;
-            (uniform(Vec3::ZERO), Some(environment))
+        _ => Sky { bottom: Vec3::ZERO, pad0: 0, top: Vec3::ZERO, pad1: 0 },
+    };
+    let environment = match description.sky.as_ref().and_then(description::Sky::panorama) {
+        Some((image, scale, rotation)) => {
+            Some(environment::lower(image, scale, rotation).map_err(inconsistent)?)
         }
+        None => None,
     };
     let mut textures = texture::Packer::default();
     let mut layers = Vec::new();
@@ -76,10 +80,6 @@ pub(super) fn lower(
     };
     scene.validate()?;
     Ok(scene)
-}
-
-fn uniform(radiance: Vec3) -> Sky {
-    Sky { bottom: radiance, pad0: 0, top: radiance, pad1: 0 }
 }
 
 /// Returns the unit vector along `v`, in f32.
