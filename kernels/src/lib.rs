@@ -34,10 +34,10 @@
 macro_rules! for_each_render {
     ($render:ident) => {
         $render! {
-            render "render": false, OF_GPUS_WITHOUT_LAYERS, 0,
-            render_persistent "render_persistent": true, OF_GPUS_WITHOUT_LAYERS, 0,
-            render_layered "render_layered": false, OF_GPUS, 0,
-            render_layered_persistent "render_layered_persistent": true, OF_GPUS, 0,
+            render "render": false, OF_GPUS_WITHOUT_RARE, 0,
+            render_persistent "render_persistent": true, OF_GPUS_WITHOUT_RARE, 0,
+            render_general "render_general": false, OF_GPUS, 0,
+            render_general_persistent "render_general_persistent": true, OF_GPUS, 0,
         }
     };
 }

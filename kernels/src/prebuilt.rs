@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use trisect_shared::denoise::DenoiseParams;
 use trisect_shared::display::DisplayParams;
 use trisect_shared::features::{
-    Features, HEAVY, LAYERS, OF_BOOK, PERSISTENT, REGENERATE, WIDE, has_any, is_of_many_materials,
+    Features, HEAVY, LAYERS, OF_BOOK, PERSISTENT, RARE, REGENERATE, WIDE, has_any, is_of_many_materials,
 };
 use trisect_shared::params::RenderParams;
 use trisect_shared::scene::SceneLengths;
@@ -160,11 +160,11 @@ fn registers(features: Features) -> u32 {
 pub fn render_kernel(features: Features) -> EntryPoint {
     let queue = has_any(features, PERSISTENT);
     EntryPoint {
-        name: match (has_any(features, LAYERS), queue) {
+        name: match (has_any(features, RARE), queue) {
             (false, false) => "render",
             (false, true) => "render_persistent",
-            (true, false) => "render_layered",
-            (true, true) => "render_layered_persistent",
+            (true, false) => "render_general",
+            (true, true) => "render_general_persistent",
         },
         features,
         extra: if has_any(features, WIDE) { WIDE_ARRAYS } else { 0 },

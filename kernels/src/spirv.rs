@@ -9,7 +9,7 @@ use trisect_shared::bvh::BvhNode;
 use trisect_shared::denoise::{self, DenoiseParams, FilteredPixel, GBufferTexel, HistoryPixel};
 use trisect_shared::display::{self, DisplayParams};
 use trisect_shared::environment::EnvironmentTexel;
-use trisect_shared::features::{FeatureSet, OF_GPUS, OF_GPUS_WITHOUT_LAYERS};
+use trisect_shared::features::{FeatureSet, OF_GPUS, OF_GPUS_WITHOUT_RARE};
 use trisect_shared::film::{Compensation, PixelSums};
 use trisect_shared::light::Light;
 use trisect_shared::material::Material;

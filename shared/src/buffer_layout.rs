@@ -51,6 +51,7 @@ mod spirv {
     use crate::records::denoise::{FilteredPixel, GBufferTexel, HistoryPixel};
     use crate::records::environment::EnvironmentTexel;
     use crate::records::first_hit::FirstHit;
+    use crate::records::instance::{InstanceEntry, InstancePlacement};
     use crate::records::layers::{LayerTextures, MaterialLayers};
     use crate::records::light::Light;
     use crate::records::material::Material;
@@ -148,6 +149,22 @@ mod spirv {
         second: r.d.y,
         tile_entry: r.d.z,
         pad: 0
+    });
+    record!(InstanceEntry, Rows4, |r| InstanceEntry {
+        x: xyzw(r.a),
+        y: xyzw(r.b),
+        z: xyzw(r.c),
+        root: r.d.x,
+        first_triangle: r.d.y,
+        triangle_count: r.d.z,
+        pad: 0
+    });
+    record!(InstancePlacement, Rows4, |r| InstancePlacement {
+        x: xyzw(r.a),
+        y: xyzw(r.b),
+        z: xyzw(r.c),
+        handedness: f(r.d.x),
+        pad: [0; 3]
     });
     record!(Planar, Rows6, |r| Planar {
         origin: xyz(r.a),

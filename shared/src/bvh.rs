@@ -2,6 +2,7 @@
 //!
 //! The host builds and validates the tree; [`crate::traversal`] reads it.
 
+pub use crate::ray::NO_INSTANCE;
 use crate::sphere::MISS;
 use bytemuck::{Pod, Zeroable};
 #[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
@@ -15,7 +16,8 @@ pub const STACK_SIZE: usize = 64;
 /// Primitive of [`Hit`] if nothing is hit.
 pub const NO_PRIMITIVE: u32 = u32::MAX;
 
-/// Reference to a child: the index of an inner node, or, with the top bit set, a leaf's primitive.
+/// Reference to a child: the index of an inner node, or, with the top bit set, a leaf: a primitive,
+/// or an instance, whose number follows those of the primitives.
 ///
 /// A leaf has one primitive: testing a sphere costs about as much as testing its box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,9 +26,13 @@ pub struct Child(pub u32);
 impl Child {
     /// Root of an empty scene, and tile entry where camera rays meet nothing.
     pub const EMPTY: Self = Self(u32::MAX);
+    /// Entry of a traversal's stack: the ray has left its instance.
+    pub const LEAVE: Self = Self(u32::MAX - 1);
     const LEAF: u32 = 0x8000_0000;
-    /// Mask of the index in a reference, and maximum count of primitives or of nodes.
-    pub const MAX_INDEX: u32 = 0x7fff_ffff;
+    /// Mask of the index in a reference.
+    const INDEX_MASK: u32 = 0x7fff_ffff;
+    /// Maximum count of primitives and instances together, and of nodes.
+    pub const MAX_INDEX: u32 = Self::INDEX_MASK - 1;
 
     /// Creates a leaf with `primitive`.
     pub const fn leaf(primitive: u32) -> Self {
@@ -47,7 +53,7 @@ impl Child {
     /// Returns the index of the node or the number of the primitive.
     #[inline(always)]
     pub const fn index(self) -> u32 {
-        self.0 & Self::MAX_INDEX
+        self.0 & Self::INDEX_MASK
     }
 }
 
@@ -126,6 +132,16 @@ pub struct Hit {
     pub distance: f32,
     /// Number of the primitive, or [`NO_PRIMITIVE`].
     pub primitive: u32,
+    /// Instance that the primitive is part of, or [`NO_INSTANCE`].
+    pub instance: u32,
+}
+
+impl Hit {
+    /// Creates a hit in the world.
+    #[inline(always)]
+    pub const fn in_world(distance: f32, primitive: u32) -> Self {
+        Self { distance, primitive, instance: NO_INSTANCE }
+    }
 }
 
 /// Cost of a traversal, counted in kernels with [`COUNTED`](crate::features::COUNTED); else zero.

@@ -55,10 +55,7 @@ impl Camera {
         let (cos, sin) = unit_circle(random.w);
         let lens = self.lens_x * (radius * cos) + self.lens_y * (radius * sin);
         let target = self.corner + self.step_x * across + self.step_y * down;
-        Ray {
-            origin: self.origin + lens,
-            direction: crate::math::normalize(target - lens),
-            origin_primitive: OriginPrimitive::NONE,
-        }
+        let direction = crate::math::normalize(target - lens);
+        Ray::in_world(self.origin + lens, direction, OriginPrimitive::NONE)
     }
 }

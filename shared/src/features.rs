@@ -62,8 +62,11 @@ pub const COUNTED: Features = 1 << 18;
 /// supports it.
 pub const AVX2: Features = 1 << 19;
 /// Wide traversal by AVX-512. The caller of a function with this feature promises that the CPU
-/// supports it.
-pub const AVX512: Features = 1 << 20;
+/// supports it. It has the bit of [`INTERLEAVED`], a schedule of GPUs, which have no [`WIDE`] tree.
+pub const AVX512: Features = INTERLEAVED;
+
+/// Instances of meshes: leaves of the BVH that are trees of their own.
+pub const INSTANCES: Features = 1 << 20;
 
 /// Features that choose the image: a kernel must have those of the render and no others. All
 /// features below are needed by a scene or its settings, and a kernel may have more.
@@ -96,8 +99,16 @@ pub const fn of_material(kind: u32) -> Features {
 }
 
 /// All features that a scene or its settings can need.
-pub const NEEDS: Features =
-    ROULETTE | SHAPES | BOOK | MICROFACETS | EMITTERS | NEE | PUNCTUAL | ENVIRONMENT | OF_SURFACES;
+pub const NEEDS: Features = ROULETTE
+    | SHAPES
+    | INSTANCES
+    | BOOK
+    | MICROFACETS
+    | EMITTERS
+    | NEE
+    | PUNCTUAL
+    | ENVIRONMENT
+    | OF_SURFACES;
 
 /// Features that decide what is read of a surface beyond its primitive and its material.
 pub const OF_SURFACES: Features = TEXTURES | HOLES | NORMAL_MAPS | ATTRIBUTES;
@@ -108,8 +119,11 @@ pub const STRATEGY: Features = PADDED_BOXES | LINEAR | WIDE | REGENERATE | PERSI
 /// Features that kernels for GPUs may have.
 pub const OF_GPUS: Features = CHOICES | NEEDS | STRATEGY & !WIDE;
 
-/// Features that kernels for GPUs without layered materials may have.
-pub const OF_GPUS_WITHOUT_LAYERS: Features = OF_GPUS & !LAYERS;
+/// Features of scenes for which GPUs have kernels of their own, so that other scenes do not pay.
+pub const RARE: Features = LAYERS | INSTANCES;
+
+/// Features that kernels for GPUs may have in scenes without the rare ones.
+pub const OF_GPUS_WITHOUT_RARE: Features = OF_GPUS & !RARE;
 
 /// Returns whether a kernel has several kinds of microfacet materials: it does not fit a GPU's
 /// instruction cache, and its lanes diverge.
@@ -125,7 +139,7 @@ pub const HEAVY: Features = PLANAR | TRIANGLES | EMITTERS | NEE | ENVIRONMENT | 
 
 /// Features with their names, as options and statistics have them; those of materials are in
 /// [`bsdf::NAMES`](crate::bsdf::NAMES).
-pub const NAMES: [(Features, &str); 21] = [
+pub const NAMES: [(Features, &str); 22] = [
     (SCHLICK, "schlick"),
     (SOBOL, "sobol"),
     (AOVS, "aovs"),
@@ -133,6 +147,7 @@ pub const NAMES: [(Features, &str); 21] = [
     (SPHERES, "spheres"),
     (PLANAR, "planar"),
     (TRIANGLES, "triangles"),
+    (INSTANCES, "instances"),
     (EMITTERS, "emitters"),
     (NEE, "nee"),
     (PUNCTUAL, "punctual"),

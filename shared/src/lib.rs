@@ -39,13 +39,15 @@
 //!
 //! Kernels read arrays without bounds checks. The host proves the indices of a scene before a
 //! launch; [`buffer`] lists what it proves. Primitives are numbered spheres first, then planar
-//! shapes, then triangles.
+//! shapes, then triangles: those in the world, then those of meshes that [instances](instance)
+//! place. Instances have the numbers behind.
 //!
 //! These values stand for "none":
 //!
 //! | value | meaning |
 //! |---|---|
 //! | [`bvh::NO_PRIMITIVE`] | no primitive is hit |
+//! | [`bvh::NO_INSTANCE`] | a hit in the world, not in an instance |
 //! | [`bvh::Child::EMPTY`] | a scene without primitives, or an empty tile |
 //! | [`sphere::MISS`] | distance of a ray that misses |
 //! | [`texture::NO_TEXTURE`] | a material without a texture |
@@ -76,6 +78,7 @@
 //! | [`texture::Texel`] | texel of an image |
 //! | [`environment::EnvironmentTexel`] | texel of the environment map |
 //! | [`bvh::BvhNode`] | inner node of the binary BVH, and tile entry |
+//! | [`instance::InstanceEntry`], [`instance::InstancePlacement`] | instance of a mesh |
 //! | `wide::WideNode` | node of the wide BVH, on the CPU only |
 //! | `wide::TrianglePacket` | leaf of up to 8 triangles, on the CPU only |
 //! | `wide::SpherePacket` | leaf of up to 8 spheres, on the CPU only |
@@ -120,6 +123,7 @@ pub mod environment;
 pub mod features;
 pub mod film;
 pub mod fresnel;
+pub mod instance;
 pub mod layers;
 pub mod light;
 pub mod math;

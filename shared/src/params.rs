@@ -7,7 +7,7 @@ use crate::sky::Sky;
 use bytemuck::{Pod, Zeroable};
 
 /// One launch: samples `first_sample..end_sample` of `rows` rows of a [share](Self::row) of the
-/// image, which is a rank's rows or the whole image. 240 bytes, 15 rows.
+/// image, which is a rank's rows or the whole image. 256 bytes, 16 rows.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct RenderParams {
@@ -44,7 +44,7 @@ pub struct RenderParams {
     pub light_count: u32,
     /// Segment from which on Russian roulette may end a path.
     pub roulette_from: u32,
-    /// Bits: [`FLAG_END_OF_CHUNK`], [`FLAG_PER_PIXEL_RANGE`].
+    /// Bits: [`FLAG_END_OF_CHUNK`], [`FLAG_PER_PIXEL_RANGE`], [`FLAG_HIDDEN_SKY`].
     pub flags: u32,
     /// Probability that next-event estimation samples the environment map, 0 to 1; 0 if light
     /// sampling is off.
@@ -57,7 +57,7 @@ pub struct RenderParams {
     pub environment_cos: f32,
     /// Sine of the environment map's rotation about y.
     pub environment_sin: f32,
-    /// Number of the scene's primitives.
+    /// Number of the primitives in the world; the triangles of instances follow.
     pub primitive_count: u32,
     /// Maximum number of pixels that a persistent lane takes; not 0.
     pub max_lane_pixels: u32,
@@ -74,6 +74,15 @@ pub struct RenderParams {
     pub block_gap: u32,
     /// Maximum radiance of a sample per channel, or [`NO_CLAMP`].
     pub max_radiance: f32,
+    /// Number of the first instance among the leaves of the BVH: that of all triangles, and shapes.
+    pub first_instance: u32,
+    /// Number of instances.
+    pub instance_count: u32,
+    /// Index, in the array of nodes, of the first instance's
+    /// [entry](crate::instance::InstanceEntry).
+    pub first_instance_node: u32,
+    /// Unused.
+    pub pad: u32,
 }
 
 impl RenderParams {
@@ -99,10 +108,12 @@ pub const FLAG_END_OF_CHUNK: u32 = 1;
 /// the film names when the launch begins. A pixel that starts at `end_sample` is left as it is. All
 /// pixels of a work group start at the same sample.
 pub const FLAG_PER_PIXEL_RANGE: u32 = 2;
+/// Flag: camera rays that reach the sky add nothing. All other rays see it.
+pub const FLAG_HIDDEN_SKY: u32 = 4;
 /// Value of `max_radiance` that clamps no sample.
 pub const NO_CLAMP: f32 = f32::MAX;
 /// Flag that is never set: a zero that no compiler can know (see
 /// [`PixelSums::add`](crate::film::PixelSums::add)).
 pub const FLAG_OPAQUE_ZERO: u32 = 1 << 31;
 
-const _: () = assert!(size_of::<RenderParams>() == 240 && align_of::<RenderParams>() == 16);
+const _: () = assert!(size_of::<RenderParams>() == 256 && align_of::<RenderParams>() == 16);

@@ -2,6 +2,9 @@
 
 use glam::Vec3;
 
+/// Instance of a hit in the world, and of a ray that leaves a primitive there.
+pub const NO_INSTANCE: u32 = u32::MAX;
+
 /// A half-line: points `origin` + t `direction`, t > 0. Vectors begin rows of 16 bytes, as naga
 /// lays out records that contain a ray.
 #[repr(C, align(16))]
@@ -11,8 +14,18 @@ pub struct Ray {
     pub origin: Vec3,
     /// Primitive that the ray leaves.
     pub origin_primitive: OriginPrimitive,
-    /// Unit vector along the ray.
+    /// Vector along the ray: a unit vector in the world, and of the same distances in an instance.
     pub direction: Vec3,
+    /// Instance that the ray leaves, or [`NO_INSTANCE`].
+    pub origin_instance: u32,
+}
+
+impl Ray {
+    /// Creates a ray that leaves a primitive in the world, or none.
+    #[inline(always)]
+    pub const fn in_world(origin: Vec3, direction: Vec3, origin_primitive: OriginPrimitive) -> Self {
+        Self { origin, origin_primitive, direction, origin_instance: NO_INSTANCE }
+    }
 }
 
 /// Primitive that a ray starts on, and on which side of it; keeps the ray from hitting that

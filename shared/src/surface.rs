@@ -5,6 +5,7 @@ use crate::attributes::{SurfaceAttributes, load_attributes};
 use crate::buffer::load;
 use crate::bvh::Hit;
 use crate::features::{ATTRIBUTES, FeatureSet, Features, NORMAL_MAPS, TEXTURES};
+use crate::instance::{self, InstanceEntry, linear, offset, transposed};
 use crate::math::{atan2_turns, min, normalize, sqrt};
 use crate::params::RenderParams;
 use crate::planar::Planar;
@@ -70,7 +71,7 @@ pub unsafe fn at<const POSSIBLE: Features>(
     let index = hit.primitive;
     if is_triangle(features, params, index) {
         // SAFETY: the caller's promise.
-        return unsafe { triangle(features, scene, ray, index - params.first_triangle) };
+        return unsafe { on_triangle(features, params, scene, ray, hit) };
     }
     if is_planar(features, params, index) {
         // SAFETY: the caller's promise.
@@ -114,6 +115,34 @@ pub unsafe fn at<const POSSIBLE: Features>(
     }
 }
 
+/// Returns the surface at a hit of a triangle, in the world or in an instance.
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+unsafe fn on_triangle<const POSSIBLE: Features>(
+    features: FeatureSet<POSSIBLE>,
+    params: &RenderParams,
+    scene: Scene,
+    ray: Ray,
+    hit: Hit,
+) -> Surface {
+    let is_placed = hit.is_in_instance(features);
+    let mut local = ray;
+    if is_placed {
+        // SAFETY: the caller's promise.
+        local = unsafe { instance::entry(params, scene, hit.instance) }.enter(ray, hit.instance);
+    }
+    // SAFETY: the caller's promise.
+    let (mut surface, size) =
+        unsafe { triangle(features, scene, local, hit.primitive - params.first_triangle) };
+    if is_placed {
+        // SAFETY: the caller's promise.
+        surface = unsafe { placed(params, scene, hit.instance, surface, size) };
+    }
+    surface
+}
+
+/// Returns the surface at a hit of a triangle, and a bound of the sizes of the products that its
+/// point is a sum of.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
 unsafe fn triangle<const POSSIBLE: Features>(
@@ -121,7 +150,7 @@ unsafe fn triangle<const POSSIBLE: Features>(
     scene: Scene,
     ray: Ray,
     index: u32,
-) -> Surface {
+) -> (Surface, Vec3) {
     // SAFETY: the caller's promise; there is a shading record for each triangle.
     let (triangle, shading) =
         unsafe { (load::<Triangle>(scene.triangles, index), load::<TriangleShading>(scene.shading, index)) };
@@ -146,7 +175,7 @@ unsafe fn triangle<const POSSIBLE: Features>(
         // SAFETY: the host put the triangle's attributes there.
         attributes = unsafe { load_attributes(scene.shading, shading.attributes) }.at(a, b, c);
     }
-    Surface {
+    let surface = Surface {
         point: part_a + part_b + part_c,
         normal,
         shading_normal: if smooth.dot(normal) < 0.0 { -smooth } else { smooth },
@@ -156,7 +185,59 @@ unsafe fn triangle<const POSSIBLE: Features>(
         interpolated_normal: if square > 1e-8 { mixed } else { normal },
         attributes,
         material: triangle.material,
+    };
+    (surface, size)
+}
+
+/// Returns in the world what [`triangle`] found in the coordinates of a mesh;
+/// `size` bounds the sizes of the products that the point is a sum of.
+///
+/// The error bound along the world's normal covers the point's rounding, that of its way into the
+/// world, and that of a ray's way back from there: 10 roundings of each sum of products. All are
+/// measured in the mesh's coordinates, along its normal n; a step δ along the world's normal is a
+/// step |Rᵀn| δ there, where R maps the world to the mesh.
+///
+/// # Safety
+///
+/// As [`instance::entry`], for instance `number`.
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+unsafe fn placed(params: &RenderParams, scene: Scene, number: u32, surface: Surface, size: Vec3) -> Surface {
+    // SAFETY: the caller's promise.
+    let (entry, to) = unsafe { instance::records(params, scene, number) };
+    let InstanceEntry { x, y, z, .. } = entry;
+    let (to_x, to_y, to_z) = (to.x, to.y, to.z);
+    let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
+    let reach = linear(to_x.abs(), to_y.abs(), to_z.abs(), size) + offset(to_x, to_y, to_z).abs();
+    let error = size + linear(ax, ay, az, reach) + offset(ax, ay, az);
+    let turned = transposed(x, y, z, surface.normal);
+    let inverse_length = 1.0 / sqrt(turned.dot(turned));
+    let normal = turned * inverse_length;
+    let smooth = transposed(x, y, z, surface.shading_normal);
+    let smooth = smooth * (1.0 / sqrt(smooth.dot(smooth)));
+    // The tangent space is of vectors that are interpolated and not made units again.
+    let along = transposed(x, y, z, surface.interpolated_normal);
+    let along = along * kept_length(surface.interpolated_normal, along);
+    let mut attributes = surface.attributes;
+    let tangent = linear(to_x, to_y, to_z, attributes.tangent);
+    attributes.tangent = tangent * kept_length(attributes.tangent, tangent);
+    attributes.handedness *= to.handedness;
+    Surface {
+        point: linear(to_x, to_y, to_z, surface.point) + offset(to_x, to_y, to_z),
+        normal,
+        shading_normal: if smooth.dot(normal) < 0.0 { -smooth } else { smooth },
+        error_bound: surface.normal.abs().dot(error) * inverse_length * ROUNDING,
+        interpolated_normal: along,
+        attributes,
+        ..surface
     }
+}
+
+/// Returns the factor that gives `to` the length of `from`; 1 where there is no length.
+#[inline(always)]
+fn kept_length(from: Vec3, to: Vec3) -> f32 {
+    let (wanted, given) = (from.dot(from), to.dot(to));
+    if wanted > 0.0 && given > 0.0 { sqrt(wanted) * (1.0 / sqrt(given)) } else { 1.0 }
 }
 
 /// Returns the unit normal that a normal map gives: `mapped` in the tangent space of the surface,

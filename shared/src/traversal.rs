@@ -36,6 +36,31 @@ macro_rules! visit_node {
     };
 }
 
+/// Continues the search of `$ray` at a leaf of an instance, or at [`Child::LEAVE`]: sets `$local`
+/// to the ray in the coordinates there, with its `$shear` and `$reciprocals`, `$instance` to the
+/// instance, and `$child` to what the search visits next, which `$pop` takes from the stack.
+macro_rules! cross_instance {
+    ($params:expr, $scene:expr, $ray:expr, $child:ident, $depth:ident, $stack:expr, $local:ident, $instance:ident, $shear:ident, $reciprocals:ident, $pop:block) => {
+        if $child == Child::LEAVE {
+            ($local, $instance) = ($ray, NO_INSTANCE);
+            $pop
+        } else {
+            // SAFETY: the caller's promise for each child's index; the host counts a level for the
+            // entry.
+            unsafe {
+                $instance = $child.index() - $params.first_instance;
+                let entry = instance::entry($params, $scene, $instance);
+                store_local($stack, $depth, Child::LEAVE.0);
+                $local = entry.enter($ray, $instance);
+                $child = Child(entry.root);
+            }
+            $depth += 1;
+        }
+        $shear = Shear::new($local.direction);
+        $reciprocals = RayReciprocals::new($local.origin, $local.direction);
+    };
+}
+
 #[cfg(not(target_arch = "nvptx64"))]
 mod binary;
 #[cfg(target_arch = "nvptx64")]
@@ -52,7 +77,8 @@ pub use interleaved::{Search, Stack};
 use crate::bvh::{Child, Hit, NO_PRIMITIVE, RayQuery, Visits};
 #[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
 use crate::features::WIDE;
-use crate::features::{COUNTED, FeatureSet, Features, LINEAR};
+use crate::features::{COUNTED, FeatureSet, Features, INSTANCES, LINEAR};
+use crate::instance;
 use crate::params::RenderParams;
 use crate::primitive::{distance, is_closer};
 use crate::ray::Ray;
@@ -76,12 +102,12 @@ unsafe fn initial_hit<const POSSIBLE: Features>(
     shear: &Shear,
     query: RayQuery,
 ) -> Hit {
-    let mut hit = Hit { distance: query.t_max, primitive: NO_PRIMITIVE };
+    let mut hit = Hit::in_world(query.t_max, NO_PRIMITIVE);
     if query.any_hit && query.light_primitive != NO_PRIMITIVE {
         // SAFETY: the caller's promise.
         let t = unsafe { distance(features, params, scene, ray, shear, query.light_primitive) };
         if t < hit.distance {
-            hit = Hit { distance: t, primitive: query.light_primitive };
+            hit = Hit::in_world(t, query.light_primitive);
         }
     }
     hit
@@ -113,19 +139,68 @@ unsafe fn closest_of_all<const POSSIBLE: Features>(
         // SAFETY: the caller's promise that there are `primitive_count` primitives.
         let t = unsafe { distance(features, params, scene, ray, &shear, primitive) };
         if is_closer(t, primitive, hit.distance, hit.primitive) {
-            hit = Hit { distance: t, primitive };
+            hit = Hit::in_world(t, primitive);
             if query.any_hit && primitive != query.light_primitive {
                 break;
             }
         }
         primitive += 1;
     }
+    let is_done = query.any_hit && hit.primitive != NO_PRIMITIVE && hit.primitive != query.light_primitive;
+    if features.has(INSTANCES) && !is_done {
+        // SAFETY: the caller's promise.
+        unsafe { closest_of_instances(features, params, scene, ray, query, &mut hit, &mut visits) };
+    }
     (hit, visits)
 }
 
+/// Sets `hit` to the closest hit by a test of each triangle of each instance, if it is closer.
+///
+/// # Safety
+///
+/// As [`closest_hit`].
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+unsafe fn closest_of_instances<const POSSIBLE: Features>(
+    features: FeatureSet<POSSIBLE>,
+    params: &RenderParams,
+    scene: Scene,
+    ray: Ray,
+    query: RayQuery,
+    hit: &mut Hit,
+    visits: &mut Visits,
+) {
+    let mut number = 0;
+    while number < params.instance_count {
+        // SAFETY: the caller's promise.
+        let entry = unsafe { instance::entry(params, scene, number) };
+        let local = entry.enter(ray, number);
+        let shear = Shear::new(local.direction);
+        let mut index = 0;
+        while index < entry.triangle_count {
+            let primitive = entry.first_triangle + index;
+            if features.has(COUNTED) {
+                visits.leaves += 1;
+            }
+            // SAFETY: the caller's promise.
+            let t = unsafe { distance(features, params, scene, local, &shear, primitive) };
+            if is_closer(t, primitive, hit.distance, hit.primitive)
+                || hit.is_after(features, t, primitive, number)
+            {
+                *hit = Hit { distance: t, primitive, instance: number };
+                if query.any_hit {
+                    return;
+                }
+            }
+            index += 1;
+        }
+        number += 1;
+    }
+}
+
 /// Returns the closest primitive in front of `ray`, as `query` limits it. Of several primitives at
-/// one distance it returns the first by index, so the hit does not depend on the order of the
-/// tests.
+/// one distance it returns the first by index, and of coincident instances the first, so the hit does
+/// not depend on the order of the tests.
 ///
 /// # Safety
 ///

@@ -8,9 +8,9 @@
 
 mod packet;
 
-use crate::buffer::{borrow, eight_local, load_local};
-use crate::bvh::{Hit, NO_PRIMITIVE, RayQuery, STACK_SIZE, Visits};
-use crate::features::{AVX2, AVX512, COUNTED, FeatureSet, Features, PLANAR, TRIANGLES};
+use crate::buffer::{borrow, eight_local, load_local, store_local};
+use crate::bvh::{Hit, NO_INSTANCE, NO_PRIMITIVE, RayQuery, STACK_SIZE, Visits};
+use crate::features::{AVX2, AVX512, COUNTED, FeatureSet, Features, INSTANCES, PLANAR, TRIANGLES};
 use crate::params::RenderParams;
 use crate::primitive::{distance, is_closer};
 use crate::ray::Ray;
@@ -76,11 +76,11 @@ pub unsafe fn closest_hit<const POSSIBLE: Features, L: Simd>(
 ) -> (Hit, Visits) {
     let tree = scene.wide;
     let mut best = query.t_max;
-    let mut closest = NO_PRIMITIVE;
+    let (mut closest, mut reached) = (NO_PRIMITIVE, NO_INSTANCE);
     if tree.root == WideChild::EMPTY {
-        return (Hit { distance: best, primitive: closest }, Visits::NONE);
+        return (Hit::in_world(best, closest), Visits::NONE);
     }
-    let Ray { direction, origin_primitive, .. } = ray;
+    let direction = ray.direction;
     if query.any_hit && query.light_primitive != NO_PRIMITIVE {
         // A primitive behind the light must not count, whichever of the two is tested first.
         // SAFETY: the caller's promise for the light's primitive.
@@ -90,18 +90,11 @@ pub unsafe fn closest_hit<const POSSIBLE: Features, L: Simd>(
             (best, closest) = (t, query.light_primitive);
         }
     }
+    // The ray in the coordinates of the instance that it is in.
+    let (mut local, mut instance) = (ray, NO_INSTANCE);
     // Leaves read it from memory; nodes need the registers.
-    let prepared = &black_box(PreparedRay::new(ray));
-    let inverse =
-        [finite_reciprocal(direction.x), finite_reciprocal(direction.y), finite_reciprocal(direction.z)];
-    let negative = inverse.map(|x| x.to_bits() >> 31);
-    let octant = negative[0] | negative[1] << 1 | negative[2] << 2;
-    // Rows of the planes where the ray enters and where it leaves.
-    let near = [3 * negative[0], 1 + 3 * negative[1], 2 + 3 * negative[2]];
-    let far = [3 - near[0], 5 - near[1], 7 - near[2]];
-    let [ox, oy, oz] = ray.origin.to_array().map(|x| l.splat(x));
-    let [in_x, in_y, in_z] = inverse.map(|x| l.splat(x));
-    let [out_x, out_y, out_z] = inverse.map(|x| l.splat(x * EXIT_SCALE));
+    let mut prepared = black_box(PreparedRay::new(ray));
+    let mut slabs = SlabRay::new(l, ray);
     let mut best_exit = best * EXIT_SCALE;
     // Not cleared, as the binary traversal's stack.
     let mut entries = MaybeUninit::<[f32; STACK_CAPACITY]>::uninit();
@@ -119,6 +112,9 @@ pub unsafe fn closest_hit<const POSSIBLE: Features, L: Simd>(
             // `STACK_CAPACITY`.
             unsafe {
                 let node = borrow(tree.nodes, child.0);
+                let SlabRay { octant, near, far, .. } = slabs;
+                let [ox, oy, oz] = slabs.origin;
+                let ([in_x, in_y, in_z], [out_x, out_y, out_z]) = (slabs.entry, slabs.exit);
                 let entry_x = l.mul(l.sub(l.load(borrow(&node.planes, near[0])), ox), in_x);
                 let entry_y = l.mul(l.sub(l.load(borrow(&node.planes, near[1])), oy), in_y);
                 let entry_z = l.mul(l.sub(l.load(borrow(&node.planes, near[2])), oz), in_z);
@@ -133,29 +129,48 @@ pub unsafe fn closest_hit<const POSSIBLE: Features, L: Simd>(
                 };
                 depth += l.push_sorted(entry, exit, &node.children, *borrow(&node.order.0, octant), top);
             }
+        } else if features.has(INSTANCES) && child.holds(LeafKind::Instance) {
+            if child == WideChild::LEAVE {
+                (local, instance) = (ray, NO_INSTANCE);
+            } else {
+                instance = child.index();
+                // SAFETY: the caller's promise for each child's index; `STACK_CAPACITY`.
+                unsafe {
+                    let entry = crate::instance::entry(params, scene, instance);
+                    local = entry.enter(ray, instance);
+                    store_local(&mut entries, depth, 0.0);
+                    store_local(&mut children, depth, WideChild::LEAVE.0);
+                    store_local(&mut entries, depth + 1, 0.0);
+                    store_local(&mut children, depth + 1, *borrow(tree.instance_roots, instance));
+                }
+                depth += 2;
+            }
+            prepared = black_box(PreparedRay::new(local));
+            slabs = SlabRay::new(l, local);
         } else if features.has(PLANAR) && child.holds(LeafKind::Planar) {
             let primitive = child.index();
             // SAFETY: the caller's promise.
             let t = unsafe { distance(features, params, scene, ray, &Shear::new(direction), primitive) };
             if is_closer(t, primitive, best, closest) {
                 (best, best_exit, closest) = (t, t * EXIT_SCALE, primitive);
+                reached = NO_INSTANCE;
                 if query.any_hit && primitive != query.light_primitive {
                     break 'search;
                 }
             }
         } else {
-            let count = child.count();
+            let (count, origin_primitive) = (child.count(), local.origin_primitive);
             // SAFETY: the caller's promise for each child's index.
             let (mut hits, t, primitives) = unsafe {
                 if features.has(TRIANGLES) && child.holds(LeafKind::Triangles) {
                     let packet = borrow(tree.triangles, child.index());
                     let (hits, t) =
-                        intersect_triangles(l, packet, count, prepared, origin_primitive.primitive(), best);
+                        intersect_triangles(l, packet, count, &prepared, origin_primitive.primitive(), best);
                     (hits, t, &packet.primitives)
                 } else {
                     let packet = borrow(tree.spheres, child.index());
                     let origin_primitive = (origin_primitive.primitive(), origin_primitive.goes_inside());
-                    let (hits, t) = intersect_spheres(l, packet, count, prepared, origin_primitive, best);
+                    let (hits, t) = intersect_spheres(l, packet, count, &prepared, origin_primitive, best);
                     (hits, t, &packet.primitives)
                 }
             };
@@ -166,8 +181,12 @@ pub unsafe fn closest_hit<const POSSIBLE: Features, L: Simd>(
                     hits &= hits - 1;
                     // SAFETY: the number of one of eight lanes.
                     let (t, primitive) = unsafe { (*borrow(&t.0, lane), *borrow(&primitives.0, lane)) };
-                    if is_closer(t, primitive, best, closest) {
+                    let hit = Hit { distance: best, primitive: closest, instance: reached };
+                    if is_closer(t, primitive, best, closest)
+                        || hit.is_after(features, t, primitive, instance)
+                    {
                         (best, best_exit, closest) = (t, t * EXIT_SCALE, primitive);
+                        reached = instance;
                         if query.any_hit && primitive != query.light_primitive {
                             break 'search;
                         }
@@ -188,5 +207,38 @@ pub unsafe fn closest_hit<const POSSIBLE: Features, L: Simd>(
             }
         }
     }
-    (Hit { distance: best, primitive: closest }, visits)
+    (Hit { distance: best, primitive: closest, instance: reached }, visits)
+}
+
+/// Ray as the test of a node's boxes needs it.
+#[derive(Clone, Copy)]
+struct SlabRay<L: Simd> {
+    /// Octant of the direction; a bit for each axis, set below zero.
+    octant: u32,
+    /// Rows of the planes where the ray enters.
+    near: [u32; 3],
+    /// Rows of the planes where the ray leaves.
+    far: [u32; 3],
+    origin: [L::F; 3],
+    /// Reciprocals of the direction, to enter.
+    entry: [L::F; 3],
+    /// Reciprocals of the direction, to leave.
+    exit: [L::F; 3],
+}
+
+impl<L: Simd> SlabRay<L> {
+    #[inline(always)]
+    fn new(l: L, ray: Ray) -> Self {
+        let inverse = ray.direction.to_array().map(finite_reciprocal);
+        let negative = inverse.map(|x| x.to_bits() >> 31);
+        let near = [3 * negative[0], 1 + 3 * negative[1], 2 + 3 * negative[2]];
+        Self {
+            octant: negative[0] | negative[1] << 1 | negative[2] << 2,
+            near,
+            far: [3 - near[0], 5 - near[1], 7 - near[2]],
+            origin: ray.origin.to_array().map(|x| l.splat(x)),
+            entry: inverse.map(|x| l.splat(x)),
+            exit: inverse.map(|x| l.splat(x * EXIT_SCALE)),
+        }
+    }
 }

@@ -168,8 +168,44 @@ fn a_live_frame_is_the_same(subject: BackendUnderTest) {
     assert_eq!(renderer.read_live(&small).unwrap().pixels.len(), 64);
 }
 
+/// A hidden sky adds nothing to camera rays, and all other rays see it: pixels whose samples all
+/// hit something keep their bits.
+fn a_hidden_sky_is_black_to_camera_rays_alone(subject: BackendUnderTest) {
+    for name in ["rtiow_final.ron", "a ball under the studio"] {
+        let scene = if name == "rtiow_final.ron" { scene(name) } else { ball_under_studio() };
+        let Some(mut renderer) = subject.renderer(&scene) else { return };
+        let shown = settings(&scene, Sampler::Independent, 4);
+        let hidden = Settings { hidden_sky: true, ..shown.clone() };
+        let (a, b) = (film(&mut renderer, &shown), film(&mut renderer, &hidden));
+        let alpha = b.alpha().unwrap();
+        assert_eq!(a.alpha().unwrap(), alpha, "{name}");
+        let (mut skies, mut bodies) = (0, 0);
+        for ((shown, hidden), alpha) in a.pixels.iter().zip(b.pixels.iter()).zip(alpha) {
+            if alpha == 0.0 {
+                assert_eq!(hidden.mean(), [0.0; 3], "{name}");
+                assert!(shown.mean()[1] > 0.0, "{name}: negative control not detected");
+                skies += 1;
+            } else if alpha == 1.0 {
+                assert_eq!(hidden.mean(), shown.mean(), "{name}");
+                bodies += u32::from(shown.mean()[1] > 0.0);
+            }
+        }
+        assert!(skies > 50 && bodies > 50, "{name}: {skies} {bodies}");
+    }
+}
+
+/// Returns a ball under the panorama of the studio.
+fn ball_under_studio() -> Scene {
+    let text = "Scene(version: 1, image: (width: 40, height: 30), sky: Studio(), \
+        camera: (look_from: (0, 0, 5), look_at: (0, 0, 0), vertical_fov: 40), \
+        materials: { \"a\": Lambertian(albedo: (0.5, 0.5, 0.5)) }, \
+        objects: [Sphere(center: (0, 0, 0), radius: 1, material: \"a\")])";
+    Scene::parse(text, "studio").unwrap()
+}
+
 for_each_backend!(
     the_image_does_not_change,
+    a_hidden_sky_is_black_to_camera_rays_alone,
     they_are_of_the_first_hit,
     they_are_the_cpus,
     parts_add_up,

@@ -77,14 +77,13 @@ fn unlit_surfaces_show_their_colour(subject: BackendUnderTest) {
         "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],
         "bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,"uri":
         "data:;base64,AAAgwQAAIMEAAAAAAAAgQQAAIMEAAAAAAAAAAAAAIEEAAAAA"}]}"#;
-    let read = |light: f32| {
+    let read = |light: f64| {
         let options = trisect::scene::import::ModelOptions::default();
         let none = &mut trisect::scene::import::NoFiles;
-        let model =
+        let mut model =
             trisect::scene::import::gltf::parse(model.as_bytes(), "unlit.gltf", &options, none).unwrap();
+        model.sky = Some(Sky::Gradient { bottom: DVec3::splat(light), top: DVec3::splat(light) });
         let mut scene = Scene::from_model(model, "unlit.gltf").unwrap();
-        scene.sky.bottom = glam::Vec3::splat(light);
-        scene.sky.top = scene.sky.bottom;
         scene.camera.look_from = DVec3::new(0.0, 0.0, 20.0);
         scene.camera.look_at = DVec3::ZERO;
         (scene.camera.vertical_fov, scene.image.width, scene.image.height) = (0.1, 8, 8);

@@ -3,15 +3,15 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "this is how a test fails")]
 
 use bytemuck::Zeroable;
-use glam::Vec3;
+use glam::{DAffine3, DQuat, Vec3};
 use std::fmt::Write;
 use trisect::bvh::{Bvh, Wide};
 use trisect::device::cpu::{Cpu, InstructionSet};
 use trisect::film::Film;
 use trisect::render::{Renderer, Settings, Traversal};
-use trisect::scene::Scene;
-use trisect_shared::bvh::{Hit, NO_PRIMITIVE, RayQuery};
-use trisect_shared::features::{AVX2, AVX512, FeatureSet, Features, LINEAR, SHAPES, WIDE};
+use trisect::scene::{Scene, SharedInstance, SharedMesh};
+use trisect_shared::bvh::{Hit, NO_INSTANCE, NO_PRIMITIVE, RayQuery};
+use trisect_shared::features::{AVX2, AVX512, FeatureSet, Features, INSTANCES, LINEAR, SHAPES, WIDE};
 use trisect_shared::math::{unit_f32, unit_sphere};
 use trisect_shared::params::RenderParams;
 use trisect_shared::ray::{OriginPrimitive, Ray};
@@ -119,7 +119,7 @@ fn rays(scene: &Scene, bvh: &Bvh, size: f32, count: u32) -> Vec<(Ray, RayQuery)>
             };
             let limit = if v[3] % 5 == 0 { size * unit_f32(w[1]) } else { RayQuery::CLOSEST.t_max };
             (
-                Ray { origin, direction: direction.normalize(), origin_primitive: departure },
+                Ray::in_world(origin, direction.normalize(), departure),
                 RayQuery { t_max: limit, ..RayQuery::CLOSEST },
             )
         })
@@ -146,7 +146,10 @@ impl Traced {
             root: self.bvh.root.0,
             first_planar: spheres,
             first_triangle: spheres + flats,
-            primitive_count: self.scene.primitives() as u32,
+            primitive_count: self.scene.world_primitives() as u32,
+            first_instance: self.bvh.first_leaf_of_instances(),
+            instance_count: self.scene.shared.instances.len() as u32,
+            first_instance_node: self.bvh.first_instance_node as u32,
             ..RenderParams::zeroed()
         };
         let arrays = shared::Scene {
@@ -172,7 +175,7 @@ impl Traced {
 
     /// Returns the hits of rays in a wide BVH.
     fn hits(&self, set: InstructionSet, tree: WideTree, rays: &[(Ray, RayQuery)]) -> Vec<Hit> {
-        const ALL: Features = SHAPES | WIDE;
+        const ALL: Features = SHAPES | INSTANCES | WIDE;
         match set {
             InstructionSet::Avx512 => self.all::<{ ALL | AVX512 }>(tree, rays),
             InstructionSet::Avx2 => self.all::<{ ALL | AVX2 }>(tree, rays),
@@ -189,7 +192,7 @@ impl Traced {
         want: &[Hit],
     ) -> usize {
         let got = self.hits(set, tree, rays);
-        let bits = |hit: &Hit| (hit.distance.to_bits(), hit.primitive);
+        let bits = |hit: &Hit| (hit.distance.to_bits(), hit.primitive, hit.instance);
         got.iter().zip(want).filter(|(got, want)| bits(got) != bits(want)).count()
     }
 }
@@ -245,6 +248,73 @@ fn hits_are_those_of_each_primitive_tested() {
                 wide.spheres.iter_mut().for_each(|packet| packet.primitives.0[0] ^= 1);
             });
             assert!(swapped > 0, "scene {kind}, {name}: negative control not detected (another primitive)");
+        }
+    }
+}
+
+/// Moves the triangles of a scene to shared meshes, of which there are instances, some of them
+/// coincident, and one at a time mirrored or of one triangle.
+fn share(scene: &mut Scene, size: f32) {
+    let all = std::mem::take(&mut scene.triangles);
+    let counts = [all.len() / 2, 1, all.len() - all.len() / 2 - 1];
+    let mut first = 0;
+    for count in counts {
+        let corners = all[first..first + count].iter().flat_map(|t| [t.a, t.b, t.c]);
+        let (low, high) =
+            corners.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+        scene.shared.meshes.push(SharedMesh {
+            low: low.as_dvec3().to_array(),
+            high: high.as_dvec3().to_array(),
+            triangles: count as u64,
+        });
+        first += count;
+    }
+    scene.shared.triangles = all;
+    scene.shared.shading = std::mem::take(&mut scene.shading);
+    for i in 0..12u32 {
+        let w = words(17, i / 2);
+        let scale = Vec3::splat(0.3 + unit_f32(w[0])) * if i % 4 < 2 { Vec3::ONE } else { -Vec3::ONE };
+        let turn = if i < 4 { 0.0 } else { f64::from(unit_f32(w[1])) };
+        let map = DAffine3::from_scale_rotation_translation(
+            scale.as_dvec3(),
+            DQuat::from_rotation_y(turn),
+            (point(18, i / 2) * size * 0.5).as_dvec3(),
+        );
+        scene.shared.instances.push(SharedInstance {
+            to_world: map.to_cols_array(),
+            mesh: i / 2 % 3,
+            object: i,
+        });
+    }
+}
+
+/// The traversals agree on triangles of instances, and of coincident ones on the instance.
+#[test]
+fn hits_in_instances_are_those_of_each_triangle_tested() {
+    for (kind, scale) in [(0, 0), (2, 0), (0, -20), (2, 20)] {
+        let size = f32::powi(2.0, scale);
+        let mut scene = build(kind, size, 40);
+        share(&mut scene, size);
+        scene.validate().unwrap();
+        let traced = Traced::new(scene);
+        let mut rays = rays(&traced.scene, &traced.bvh, size, 6000);
+        for (i, (ray, _)) in (0..).zip(&mut rays) {
+            if ray.origin_primitive != OriginPrimitive::NONE {
+                ray.origin_instance = words(24, i)[0] % 12;
+            }
+        }
+        let want = traced.all::<{ SHAPES | INSTANCES | LINEAR }>(WideTree::NONE, &rays);
+        let inside = want.iter().filter(|hit| hit.instance != NO_INSTANCE).count();
+        assert!(inside * 20 > rays.len(), "scene {kind}: {inside} rays hit instances");
+        let stack = traced.all::<{ SHAPES | INSTANCES }>(WideTree::NONE, &rays);
+        assert_eq!(stack.iter().zip(&want).filter(|(a, b)| a != b).count(), 0, "scene {kind}: binary tree");
+        for set in sets() {
+            let name = set.name();
+            assert_eq!(traced.differing(set, traced.wide.tree(), &rays, &want), 0, "scene {kind}: {name}");
+            // Negative control: another mesh.
+            let mut wide = traced.wide.clone();
+            wide.instance_roots.swap(0, 2);
+            assert!(traced.differing(set, wide.tree(), &rays, &want) > 0, "negative control not detected");
         }
     }
 }

@@ -132,6 +132,9 @@ fn glb(document: &Value, data: &[u8]) -> Vec<u8> {
 /// share.
 fn bomb(triangles: usize, nodes: usize) -> Vec<u8> {
     let (mut document, data) = document(&TRIANGLE, &[0, 1, 2].repeat(triangles), false);
+    // A mesh that emits has a copy for each node.
+    document["materials"] = json!([{ "emissiveFactor": [1, 1, 1] }]);
+    document["meshes"][0]["primitives"][0]["material"] = json!(0);
     document["nodes"] =
         (0..nodes).map(|i| json!({ "mesh": 0, "translation": [i, 0, 0] })).collect::<Vec<_>>().into();
     glb(&document, &data)
@@ -166,7 +169,7 @@ fn textured(image: &str) -> Value {
 #[test]
 fn the_models_that_the_faults_are_planted_in_are_good() {
     let files = Files::new("good");
-    files.renders("a.gltf", gltf(json!({})), &["no camera", "no light"]);
+    files.renders("a.gltf", gltf(json!({})), &[]);
     let (document, data) = document(&TRIANGLE, &[], false);
     files.renders("a.glb", glb(&document, &data), &[]);
     files.renders("few.glb", bomb(10, 10), &[]);
@@ -346,9 +349,7 @@ fn images_of_absurd_size() {
 #[test]
 fn more_than_fits() {
     let files = Files::new("bomb");
-    // 2^20 triangles, a little more than 2^10 times.
-    files.refused("many.glb", bomb(1 << 20, 1100), &["nodes[1024]", "too many triangles", "1073741824"]);
-    // As many triangles as the reader accepts, but more than most machines have memory for.
+    // More triangles than most machines have memory for.
     if memory::available() < 400 << 30 {
         let remedy = "place fewer copies";
         let path = files.write("fit.glb", bomb(1 << 20, 1000));

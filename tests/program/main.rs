@@ -1,6 +1,7 @@
 //! The program as users run it, its documentation, and devices that are named, missing or lost.
 
 mod backends;
+mod background;
 mod bad_input;
 mod bad_models;
 mod checkpoint;
@@ -13,5 +14,6 @@ mod models;
 mod motion;
 mod resources;
 mod shell;
+mod surroundings;
 mod tradeoff;
 mod viewer;

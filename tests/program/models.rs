@@ -105,17 +105,17 @@ fn a_glowing_texel_leaves_the_sky() {
     });
     fs::write(&scene, model(1.5, lamp)).unwrap();
     let said = render(&scene, &image, &["--spp", "4"]);
-    assert!(said.contains("do not carry the image: a sky of radiance 1 is added"), "{said}");
+    assert!(said.contains("do not carry the image: the built-in studio is added"), "{said}");
     assert_eq!(share(&image, is_black), 0.0);
     // Negative control: a model with a light that illuminates the rest gets no sky, and is black
     // where the light does not reach.
     let lit = json!({ "materials": [{ "emissiveFactor": [0, 0, 0] }], "nodes": [{ "mesh": 0 }] });
     fs::write(&scene, model(1.5, lit)).unwrap();
-    assert!(render(&scene, &image, &["--spp", "1"]).contains("no light: the sky has radiance 1"));
+    assert!(render(&scene, &image, &["--spp", "1"]).contains("no light: the built-in studio lights"));
     fs::write(&scene, model(1.5, sun(3.0))).unwrap();
     let said = render(&scene, &image, &["--spp", "4"]);
     assert!(
-        said.contains("lit by the model's own lights: no sky is added") && !said.contains("a sky of"),
+        said.contains("lit by the model's own lights: no sky is added") && !said.contains("studio"),
         "{said}"
     );
     assert!(share(&image, is_black) > 0.3);

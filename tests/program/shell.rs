@@ -40,7 +40,7 @@ fn completions_know_each_command() {
     let script = folder.file("trisect.bash");
     fs::write(&script, printed(&["completions", "bash"])).unwrap();
     let ask = format!(
-        "source {script}; COMP_WORDS=(trisect render --back); COMP_CWORD=2; _trisect trisect --back render; echo \"${{COMPREPLY[@]}}\""
+        "source {script}; COMP_WORDS=(trisect render --backe); COMP_CWORD=2; _trisect trisect --backe render; echo \"${{COMPREPLY[@]}}\""
     );
     let output = Command::new("bash").args(["-c", &ask]).output().unwrap();
     assert_eq!(String::from_utf8_lossy(&output.stdout).trim(), "--backend", "{output:?}");

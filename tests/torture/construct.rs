@@ -1,8 +1,8 @@
 //! Random numbers, scenes and questions of the geometric tests.
 
-use glam::{DAffine3, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
 use trisect::scene::Scene;
-use trisect::scene::description::{Description, Instance, Lambertian, Material, Mesh, Shape, ShapeKind};
+use trisect::scene::description::{Description, Instance, Lambertian, Material, Mesh, Shape, ShapeKind, Sky};
 use trisect_probes::record::{Input, Output, row};
 use trisect_shared::math::unit_f32;
 use trisect_shared::rng::{PathKey, Words};
@@ -28,6 +28,8 @@ pub fn scene(shapes: Vec<ShapeKind>, triangles: &[[Vec3; 3]]) -> Scene {
     let mut model = Description {
         materials: vec![grey],
         shapes: shapes.into_iter().map(|kind| Shape { kind, material: 0 }).collect(),
+        // With a sky of its own, a model gets no ground.
+        sky: Some(Sky::Gradient { bottom: DVec3::ONE, top: DVec3::ONE }),
         ..Description::default()
     };
     if !triangles.is_empty() {

@@ -137,7 +137,7 @@ fn wide_visits(probe: &ProbeScene, wide: &Wide, operation: u32, rays: &[Input]) 
     let reach = RayQuery { any_hit: operation == SHADOW, ..RayQuery::CLOSEST };
     let visits = |input: &Input| -> (Hit, Visits) {
         let (origin, direction) = (vector(input.a), vector(input.b));
-        let ray = Ray { origin, direction, origin_primitive: OriginPrimitive::NONE };
+        let ray = Ray::in_world(origin, direction, OriginPrimitive::NONE);
         // SAFETY: the BVHs were validated, and the processor has these instructions.
         #[allow(unsafe_code, reason = "kernels read without bounds checks")]
         unsafe {
@@ -168,7 +168,7 @@ fn obvhs_tests(probe: &ProbeScene, bvh: &Bvh2, rays: &[Input]) -> f64 {
     let (records, params) = (probe.records(), probe.params());
     let tests = |input: &Input| {
         let (origin, direction) = (vector(input.a), vector(input.b));
-        let ray = Ray { origin, direction, origin_primitive: OriginPrimitive::NONE };
+        let ray = Ray::in_world(origin, direction, OriginPrimitive::NONE);
         let shear = Shear::new(direction);
         let number = |v: Vec3| Vec3A::from(v).to_array().into();
         let mut tests = 0u32;

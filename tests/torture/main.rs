@@ -39,6 +39,7 @@ mod films;
 mod firewall;
 mod flats;
 mod furnace;
+mod instances;
 mod leaving;
 mod precision;
 mod radii;

@@ -3,6 +3,7 @@
 //! `main` parses them and hands them to the commands. The doc comments of commands, of their
 //! fields and of the values of options are the text of `--help`.
 
+mod background;
 mod bench;
 mod checkpointing;
 mod cluster;
@@ -12,9 +13,12 @@ mod job;
 mod motion;
 mod render;
 mod shell;
+mod surroundings;
+mod switch;
 mod tradeoff;
 mod view;
 
+pub use background::Background;
 #[cfg(feature = "mpi")]
 pub use bench::ClusterBenchArgs;
 pub use bench::{BenchArgs, BenchCommand, ReportArgs};
@@ -28,6 +32,7 @@ pub use job::{IncludeArgs, JobArgs, ModelArgs};
 pub use motion::{Frames, MotionArgs};
 pub use render::RenderArgs;
 pub use shell::{CompletionsArgs, DoctorArgs, InfoArgs, LogArgs, ManArgs};
+pub use surroundings::SurroundingsArgs;
 pub use tradeoff::{ConvergeArgs, ReferenceArgs, TradeoffArgs};
 pub use view::ViewArgs;
 
@@ -122,6 +127,10 @@ pub struct CheckArgs {
     /// Parts of models that are drawn.
     #[command(flatten)]
     pub model: ModelArgs,
+
+    /// Environment, sun and ground.
+    #[command(flatten)]
+    pub surroundings: SurroundingsArgs,
 
     /// Print JSON instead of text.
     #[arg(long)]

@@ -51,6 +51,12 @@ pub enum ImageError {
         /// Path of the file.
         path: PathBuf,
     },
+    /// Transparency is asked for, and the format has none.
+    #[error("{}: `background` transparent needs a format with alpha; use .png or .exr", path.display())]
+    NoAlpha {
+        /// Path of the file.
+        path: PathBuf,
+    },
     /// A layer is asked for twice.
     #[error("`aov` names {layer} twice; name each layer once")]
     LayerTwice {

@@ -21,7 +21,7 @@ use trisect::bvh::{Bvh, BvhQuality, Wide};
 use trisect::device::cpu::Cpu;
 use trisect::render::{Renderer, Settings};
 use trisect::scene::import::ModelOptions;
-use trisect::scene::{AnimatedScene, Includes, Scene};
+use trisect::scene::{AnimatedScene, Includes, Scene, Sharing, Surroundings};
 use trisect_shared::bvh::{NO_PRIMITIVE, RayQuery};
 use trisect_shared::features::{COUNTED, FeatureSet, TRIANGLES};
 use trisect_shared::math::{normalize, unit_sphere};
@@ -47,7 +47,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         Some("high") => Some(BvhQuality::High),
         _ => None,
     };
-    let mut animated = AnimatedScene::load(file.as_ref(), Includes::Below, &ModelOptions::default())?;
+    let mut animated = AnimatedScene::load(
+        file.as_ref(),
+        Includes::Below,
+        &ModelOptions::default(),
+        &Surroundings::default(),
+    )?;
+    animated.sharing = Sharing::Never;
     let document = animated.document(0.0)?;
     let start = animated.lower(document)?;
     let first = Bvh::build(&start, quality)?;
@@ -161,7 +167,7 @@ fn visits(scene: &Scene, bvh: &Bvh) -> [f64; 2] {
         let origin = ray.origin + ray.direction * hit.distance + normal * (1e-4 * hit.distance);
         let words = key.words(1);
         let direction = normalize(normal + unit_sphere(words.x, words.y));
-        next.push(Ray { origin, direction, origin_primitive: OriginPrimitive::NONE });
+        next.push(Ray::in_world(origin, direction, OriginPrimitive::NONE));
     }
     for ray in next {
         let (_, visits) = trace(ray);

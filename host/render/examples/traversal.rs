@@ -121,7 +121,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         .collect();
     let mut diffuse = Vec::new();
     for (pixel, ray) in (0u32..).zip(&primary) {
-        let Hit { distance, primitive } = mine(ray);
+        let Hit { distance, primitive, .. } = mine(ray);
         if primitive == NO_PRIMITIVE {
             continue;
         }
@@ -131,7 +131,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         // Starts off the surface, because obvhs has no origin primitive that a ray ignores.
         let origin = ray.origin + ray.direction * distance + normal * (1e-4 * distance);
         let direction = normalize(normal + unit_sphere(w.x, w.y));
-        diffuse.push(Ray { origin, direction, origin_primitive: OriginPrimitive::NONE });
+        diffuse.push(Ray::in_world(origin, direction, OriginPrimitive::NONE));
     }
     let mut shuffled: Vec<(u32, Ray)> = (0u32..)
         .zip(&diffuse)

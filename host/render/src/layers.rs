@@ -33,10 +33,14 @@ pub enum Aov {
     Variance,
     /// `samples`: number of samples of the pixel. `u32`.
     Samples,
+    /// `A`: share of the camera rays that hit something. The image must be one with a
+    /// [hidden sky](crate::render::Settings::hidden_sky), which it then multiplies, as the format
+    /// says. Not on the command line, which has `--background transparent`.
+    Alpha,
 }
 
 impl Aov {
-    /// All layers with their names on the command line.
+    /// Layers with their names on the command line.
     pub const ALL: [(&'static str, Self); 7] = [
         ("normal", Self::Normal),
         ("position", Self::Position),
@@ -148,6 +152,9 @@ fn layer(
                 _ => short(pixel.variance_of_mean().map(|v| v * factor * factor)),
             };
             three(["variance.R", "variance.G", "variance.B"], &film.pixels.map(variance))
+        }
+        Aov::Alpha => {
+            vec![Channel { name: "A", samples: Samples::F32(aovs.map(|aov| aov.alpha())) }]
         }
         Aov::Samples => {
             let count = |n: u64| u32::try_from(n).unwrap_or(u32::MAX);

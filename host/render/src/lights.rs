@@ -31,7 +31,7 @@ pub struct Lights {
 const PLANE_RADIUS: f32 = 1e11;
 
 impl Lights {
-    /// Builds the table for `scene`, with `triangles` in BVH order. Probabilities are proportional
+    /// Builds the table for `scene`, with the `triangles` in the world in BVH order. Probabilities are proportional
     /// to power: π × area × luminance of the emitted radiance for primitives, and the power sent
     /// into the scene for point, spot and directional lights. An environment map that is not black
     /// has probability 1/2, or 1 if there are no other lights.
@@ -135,6 +135,9 @@ fn radius(scene: &Scene, triangles: &[Triangle]) -> f64 {
     }
     for t in triangles {
         [t.a, t.b, t.c].into_iter().for_each(&mut add);
+    }
+    for instance in &scene.shared.instances {
+        scene.shared.corners(instance).for_each(|corner| add(corner.as_vec3()));
     }
     let diagonal = (high.as_dvec3() - low.as_dvec3()).length();
     let view = || scene.camera.look_at.distance(scene.camera.look_from);

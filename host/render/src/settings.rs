@@ -66,6 +66,9 @@ pub struct Settings {
     /// True if the film gets AOV totals: normal, albedo, position, emission and diffuseness of the
     /// first hits.
     pub guides: bool,
+    /// True if camera rays that reach the sky add nothing, while all other rays see it. With
+    /// [AOV totals](Self::guides), [`Film::alpha`] is the share of the others.
+    pub hidden_sky: bool,
     /// Features of the kernel, to measure what they cost.
     pub features: KernelFeatures,
     /// Filter that [`Renderer::render`](crate::render::Renderer::render) runs over the film, which
@@ -106,6 +109,7 @@ impl From<ImageSettings> for Settings {
             sums: Summation::Auto,
             clamp: None,
             guides: false,
+            hidden_sky: false,
             features: KernelFeatures::Needed,
             denoise: None,
         }
@@ -294,6 +298,7 @@ mod tests {
             tile: None,
             sums: Summation::Auto,
             guides: false,
+            hidden_sky: false,
             features: KernelFeatures::Needed,
             denoise: None,
         }

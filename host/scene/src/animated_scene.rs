@@ -1,11 +1,13 @@
 //! A scene at any time of the animations of its models.
 
+use super::description::Sky;
 use super::import::{self, Folder, Includes, ModelOptions};
 use super::library::Library;
 use super::loader::Loader;
 use super::lower::{self, Looks};
 use super::model::{self, Additions};
-use super::{Rebase, Scene, SceneDocument, SceneError};
+use super::surroundings::Surroundings;
+use super::{Rebase, Scene, SceneDocument, SceneError, Sharing};
 use std::path::{Path, PathBuf};
 use trisect_system::input;
 
@@ -17,27 +19,38 @@ pub struct AnimatedScene {
     name: String,
     folder: Folder,
     library: Library,
+    surroundings: Surroundings,
+    /// Sky of the surroundings, if they have one, with the file that it was read from.
+    sky: Option<(Sky, Option<PathBuf>)>,
+    /// Choice of the meshes that instances share. A tree of shared meshes is built anew for each
+    /// time.
+    pub sharing: Sharing,
     /// Records that do not change with time.
     looks: Option<Looks>,
 }
 
 enum Content {
-    /// A model, with the camera and the sky that it lacks at the start.
+    /// A model, with what it lacks at the start.
     Model { path: PathBuf, additions: Option<Box<Additions>> },
     /// Text of a scene file.
     File(String),
 }
 
 impl AnimatedScene {
-    /// Reads a scene file, or a model, as [`SceneDocument::load_including`] does. `options` name
-    /// the animation; their time, or 0, is the start, at which a model without a camera gets one
-    /// for all times.
+    /// Reads a scene file, or a model, as [`SceneDocument::load_in_surroundings`] does. `options`
+    /// name the animation; their time, or 0, is the start, at which a model gets what it lacks for
+    /// all times.
     ///
     /// # Errors
     ///
     /// [`SceneError::Inconsistent`] for a scene of which nothing moves; those of
-    /// [`SceneDocument::load_including`].
-    pub fn load(path: &Path, includes: Includes, options: &ModelOptions) -> Result<Self, SceneError> {
+    /// [`SceneDocument::load_in_surroundings`].
+    pub fn load(
+        path: &Path,
+        includes: Includes,
+        options: &ModelOptions,
+        surroundings: &Surroundings,
+    ) -> Result<Self, SceneError> {
         let name = path.display().to_string();
         let folder = Folder::of(path).including(includes);
         let content = if import::is_model(path) {
@@ -49,7 +62,9 @@ impl AnimatedScene {
             Content::File(read.map_err(|source| SceneError::Read { path: path.to_owned(), source })?)
         };
         let library = Library::new(folder.clone(), options.clone());
-        let mut scene = Self { content, name, folder, library, looks: None };
+        let sky = surroundings.environment.as_ref().map(|environment| environment.sky()).transpose()?;
+        let (surroundings, sharing) = (surroundings.clone(), Sharing::Auto);
+        let mut scene = Self { content, name, folder, library, surroundings, sky, sharing, looks: None };
         scene.document(options.time.unwrap_or(0.0))?;
         if !scene.library.has_moved {
             let message = match &scene.content {
@@ -68,23 +83,34 @@ impl AnimatedScene {
     ///
     /// # Errors
     ///
-    /// Those of [`SceneDocument::load_including`].
+    /// Those of [`SceneDocument::load_in_surroundings`].
     pub fn document(&mut self, time: f64) -> Result<SceneDocument, SceneError> {
-        let Self { content, name, folder, library, .. } = self;
+        let Self { content, name, folder, library, surroundings, sky, sharing, .. } = self;
         library.options.time = Some(time);
         match content {
             Content::File(text) => {
                 let options = library.options.clone();
-                SceneDocument::read_with(text, name, folder, &options, library)
+                let document = SceneDocument::read_with(text, name, folder, &options, library)?;
+                let others = Surroundings { environment: None, ..surroundings.clone() };
+                let mut document = document.surrounded(&others)?;
+                if let Some((sky, file)) = sky {
+                    document.description.sky = Some(sky.clone());
+                    document.description.files.extend(file.clone());
+                }
+                Ok(SceneDocument { surroundings: surroundings.clone(), sharing: *sharing, ..document })
             }
             Content::Model { path, additions } => {
                 let model = library.model(path, &ModelOptions::default())?;
                 let refused = |message| SceneError::Inconsistent { file: name.clone(), message };
-                lower::check_memory(&model).map_err(refused)?;
-                let additions = additions.get_or_insert_with(|| Box::new(Additions::of(&model)));
+                lower::check_memory(&model, *sharing).map_err(refused)?;
+                let additions = match additions {
+                    Some(additions) => additions,
+                    None => additions.insert(Box::new(Additions::of(&model, surroundings)?)),
+                };
                 let completed = model::complete_with(model, additions);
                 let options = library.options.clone();
-                Ok(SceneDocument { options, ..SceneDocument::of_model(completed, name) })
+                let document = SceneDocument::of_model(completed, name, surroundings);
+                Ok(SceneDocument { options, sharing: *sharing, ..document })
             }
         }
     }

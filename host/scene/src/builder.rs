@@ -7,8 +7,9 @@ pub use super::material::surface::{
 
 use super::description::{Description, Instance, Material, Mesh, PunctualLight, Shape, ShapeKind, Sky};
 use super::import::ModelOptions;
+use super::surroundings::Surroundings;
 use super::values::{MAX_MAGNITUDE, unit};
-use super::{CameraPose, Fresnel, ImageSettings, Rebase, Scene, SceneDocument, SceneError};
+use super::{CameraPose, Fresnel, ImageSettings, Rebase, Scene, SceneDocument, SceneError, Sharing};
 use glam::{DAffine3, DVec3};
 
 /// Name of a built scene in messages.
@@ -42,6 +43,7 @@ const NAME: &str = "the built scene";
 #[derive(Clone, Debug, Default)]
 pub struct SceneBuilder {
     description: Description,
+    sharing: Sharing,
 }
 
 /// Material of a builder.
@@ -145,6 +147,12 @@ impl SceneBuilder {
         self
     }
 
+    /// Chooses whether instances share their mesh.
+    #[must_use]
+    pub fn sharing(self, sharing: Sharing) -> Self {
+        Self { sharing, ..self }
+    }
+
     /// Validates the scene and makes its device records.
     ///
     /// # Errors
@@ -160,6 +168,8 @@ impl SceneBuilder {
             image,
             space: Rebase::IDENTITY,
             options: ModelOptions::default(),
+            sharing: self.sharing,
+            surroundings: Surroundings::default(),
             notes: Vec::new(),
         };
         document.lower(Rebase::IDENTITY)

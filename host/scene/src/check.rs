@@ -47,6 +47,10 @@ impl Description {
         for (index, light) in self.lights.iter().enumerate() {
             light.check().map_err(|fault| format!("{}: {fault}", names::light(index)))?;
         }
+        if let Some(ground) = &self.ground {
+            each::<Coordinate>("the ground: centre", ground.center)?;
+            all::<Length>("the ground: size", &[ground.size])?;
+        }
         self.sky.as_ref().map_or(Ok(()), |sky| check_sky(sky).map_err(|fault| format!("the sky: {fault}")))
     }
 }
@@ -141,7 +145,7 @@ fn check_sky(sky: &Sky) -> Result<(), String> {
             each::<Radiance>("radiance", *bottom)?;
             each::<Radiance>("radiance", *top)
         }
-        Sky::Image { scale, rotation, .. } => {
+        Sky::Image { scale, rotation, .. } | Sky::Studio { scale, rotation } => {
             all::<Gain>("scale", &[*scale])?;
             match rotation.is_finite() {
                 true => Ok(()),

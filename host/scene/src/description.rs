@@ -9,6 +9,8 @@ pub use super::material::{Alpha, Material, surface::*};
 pub use super::texture::{Filter, Texels, TextureImage, TextureUse, Wrap};
 
 use super::CameraPose;
+pub use super::ground::Ground;
+use super::studio;
 use glam::{DAffine3, DVec3};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -33,6 +35,8 @@ pub struct Description {
     pub lights: Vec<PunctualLight>,
     /// Radiance from infinity; `None` is black.
     pub sky: Option<Sky>,
+    /// Ground that catches shadows and fades out.
+    pub ground: Option<Ground>,
     /// Warnings: each feature that the file uses and the renderer does not support, named once, and
     /// dropped data with its count.
     pub warnings: Vec<String>,
@@ -66,6 +70,35 @@ pub enum Sky {
         /// Rotation about +y in radians, counter-clockwise seen from above.
         rotation: f64,
     },
+    /// The built-in panorama of a studio.
+    Studio {
+        /// Factor on the panorama's radiance.
+        scale: f64,
+        /// Rotation about +y in radians, counter-clockwise seen from above.
+        rotation: f64,
+    },
+}
+
+impl Sky {
+    /// Returns the panorama of the sky, with its scale and rotation, if it is one.
+    pub fn panorama(&self) -> Option<(&trisect_image::Image, f64, f64)> {
+        match self {
+            Self::Gradient { .. } => None,
+            Self::Image { image, scale, rotation } => Some((image, *scale, *rotation)),
+            Self::Studio { scale, rotation } => Some((studio::panorama(), *scale, *rotation)),
+        }
+    }
+
+    /// Returns the maximum radiance of a channel.
+    pub fn max_radiance(&self) -> f64 {
+        match (self, self.panorama()) {
+            (Self::Gradient { bottom, top }, _) => bottom.max(*top).max_element(),
+            (_, Some((image, scale, _))) => {
+                f64::from(image.pixels.iter().flatten().fold(0.0f32, |most, &c| most.max(c))) * scale
+            }
+            _ => 0.0,
+        }
+    }
 }
 
 /// An analytic shape in the world.

@@ -142,10 +142,7 @@ impl Model {
         if !self.meshes.contains_key(&material) {
             meshes[from..from + self.materials.len()].iter().try_for_each(|mesh| room.store(mesh))?;
         }
-        self.instances.iter().try_for_each(|instance| {
-            let mesh = &meshes[from + instance.mesh];
-            room.place(mesh, mesh.has_attributes())
-        })
+        room.instances(self.instances.len())
     }
 
     fn copy(

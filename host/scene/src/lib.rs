@@ -12,6 +12,7 @@ mod check;
 pub mod description;
 mod error;
 mod format;
+mod ground;
 mod image_settings;
 pub mod import;
 mod include;
@@ -22,6 +23,7 @@ mod loader;
 mod lower;
 pub mod material;
 mod memory_budget;
+mod mesh_boxes;
 mod model;
 mod own_light;
 mod part_names;
@@ -31,7 +33,10 @@ mod records;
 mod resolve;
 mod ron_edit;
 mod scene_document;
+mod shared_meshes;
 mod space;
+mod studio;
+mod surroundings;
 pub mod texture;
 mod validate;
 mod values;
@@ -47,8 +52,10 @@ pub use import::Includes;
 pub use import::is_model;
 pub(crate) use ron_edit::{insert_camera, insert_space};
 pub use scene_document::SceneDocument;
+pub use shared_meshes::{SharedInstance, SharedMesh, SharedMeshes, Sharing};
 pub use space::Rebase;
 pub(crate) use space::triple;
+pub use surroundings::{EnvironmentSource, Sun, Surroundings};
 
 use description::Description;
 use std::path::Path;
@@ -100,7 +107,10 @@ pub struct Scene {
     /// Shading record of each triangle. Its `attributes` is 0 or 1 plus an index into
     /// [`attributes`](Self::attributes).
     pub shading: Vec<TriangleShading>,
-    /// Further attributes of triangles.
+    /// Meshes that are stored once and placed by instances. Their triangles' primitive ids follow
+    /// those of the triangles, and those of the instances come last.
+    pub shared: SharedMeshes,
+    /// Further attributes of triangles, in the world and of shared meshes.
     pub attributes: Vec<TriangleAttributes>,
     /// Materials, indexed by primitives.
     pub materials: Vec<Material>,
@@ -120,8 +130,8 @@ pub struct Scene {
 
 impl Scene {
     /// Reads a scene file, or a model (`.gltf`, `.glb`, `.obj`, `.ply`, `.stl`). A model without a
-    /// camera gets one that shows all of it, and a model whose own lights do not carry the image
-    /// gets a sky.
+    /// camera gets one that shows all of it, a model whose own lights do not carry the image gets
+    /// the light of a studio, and a model with neither gets a ground.
     pub fn load(path: &Path) -> Result<Self, SceneError> {
         Self::load_in(path, Rebase::IDENTITY)
     }
@@ -147,7 +157,8 @@ impl Scene {
     }
 
     /// Makes a scene of a model that was read from elsewhere. As with [`Self::load`], it gets the
-    /// camera and the sky that it lacks.
+    /// camera, the light and the ground that it lacks. A model with a sky of its own gets neither
+    /// light nor ground.
     pub fn from_model(model: Description, name: &str) -> Result<Self, SceneError> {
         SceneDocument::from_model(model, name)?.lower(Rebase::IDENTITY)
     }
@@ -157,8 +168,13 @@ impl Scene {
         SceneDocument::hello_world()?.lower(Rebase::IDENTITY)
     }
 
-    /// Returns the number of primitives of all kinds.
+    /// Returns the number of primitives of all kinds; those of a shared mesh count once.
     pub fn primitives(&self) -> usize {
+        self.world_primitives() + self.shared.triangles.len()
+    }
+
+    /// Returns the number of primitives of all kinds in the world, without shared meshes.
+    pub fn world_primitives(&self) -> usize {
         self.spheres.len() + self.flats.len() + self.triangles.len()
     }
 
@@ -169,7 +185,8 @@ impl Scene {
         let mut needs = |feature: Features, needed: bool| all |= if needed { feature } else { 0 };
         needs(features::SPHERES, !self.spheres.is_empty());
         needs(features::PLANAR, !self.flats.is_empty());
-        needs(features::TRIANGLES, !self.triangles.is_empty());
+        needs(features::TRIANGLES, !self.triangles.is_empty() || !self.shared.instances.is_empty());
+        needs(features::INSTANCES, !self.shared.instances.is_empty());
         needs(features::ENVIRONMENT, self.environment.is_some());
         needs(features::PUNCTUAL, !self.lights.is_empty());
         for material in &self.materials {

@@ -4,6 +4,10 @@
 use crate::values::{MAX_MAGNITUDE, MIN_MAGNITUDE};
 use glam::{DAffine3, DMat3, DVec3};
 
+/// Maximum coordinate of a vertex: products of three coordinates, which the triangle test computes,
+/// stay finite in f32.
+pub const MAX_VERTEX: f64 = 1e12;
+
 /// Checks that a parallelogram still has an area after rounding to f32.
 pub fn has_area(u: DVec3, v: DVec3) -> Result<(), String> {
     let (u, v) = (u.as_vec3().as_dvec3(), v.as_vec3().as_dvec3());

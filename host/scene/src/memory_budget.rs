@@ -1,6 +1,6 @@
 //! Checks that there is memory for a scene's triangles before they are made.
 
-use super::description::Mesh;
+use super::description::{Instance, Mesh};
 use trisect_system::memory;
 
 /// Estimated bytes for each triangle in the world while the BVH is built: records of 112 bytes in
@@ -32,6 +32,15 @@ impl MemoryBudget {
     pub fn place(&mut self, mesh: &Mesh, has_attributes: bool) -> Result<(), String> {
         let each = TRIANGLE + if has_attributes { ATTRIBUTES } else { 0 };
         self.take((mesh.triangles.len() as u64).saturating_mul(each))
+    }
+
+    /// Takes memory for `count` further instances, wherever their triangles are.
+    ///
+    /// # Errors
+    ///
+    /// A message if the free memory does not suffice.
+    pub fn instances(&mut self, count: usize) -> Result<(), String> {
+        self.take(count.saturating_mul(size_of::<Instance>()) as u64)
     }
 
     /// Takes memory for another mesh with the vertices and triangles of `mesh`.

@@ -1,14 +1,28 @@
-//! Completes a model that is rendered without a scene file: adds the camera and the sky that it
-//! lacks.
+//! Completes a model that is rendered without a scene file: adds the camera, the light and the
+//! ground that it lacks.
 
 use super::ImageSettings;
-use super::description::{Description, ShapeKind, Sky};
+use super::description::{Description, Ground, PunctualLight, ShapeKind, Sky};
+use super::error::SceneError;
+use super::ground::END;
+use super::limits::MAX_VERTEX;
 use super::lower::camera_for;
+use super::mesh_boxes::{self, MeshBoxes};
 use super::own_light::OwnLight;
+use super::surroundings::Surroundings;
 use crate::{CameraPose, Fresnel};
 use glam::DVec3;
+use std::path::PathBuf;
 
-/// A model with the camera and the sky that it lacked.
+/// Minimum size of a model that gets a ground of itself: its triangles have area in single
+/// precision.
+const MIN_GROUND: f64 = 1e-12;
+
+/// Factor on the studio of a model with a sun, so that both together are about as bright as the
+/// studio alone.
+const SUNLIT_STUDIO: f64 = 0.4;
+
+/// A model with the camera, the light and the ground that it lacked.
 pub(super) struct Completed {
     pub description: Description,
     pub image: ImageSettings,
@@ -16,88 +30,141 @@ pub(super) struct Completed {
     pub notes: Vec<String>,
 }
 
-/// The camera and the sky that a model lacks.
+/// What a model lacks: a camera that sees all of it; the studio's light, unless its own lights
+/// carry the image; a sun; and a ground, if it has neither camera nor light.
 #[derive(Clone, Debug)]
 pub(super) struct Additions {
     camera: Option<CameraPose>,
     sky: Option<Sky>,
+    /// File that the sky was read from.
+    file: Option<PathBuf>,
+    sun: Option<PunctualLight>,
+    ground: Option<Ground>,
     warnings: Vec<String>,
     notes: Vec<String>,
 }
 
 impl Additions {
-    /// Returns a camera that sees all of a model, if it has no camera, and a sky of radiance 1,
-    /// unless its own lights carry the image.
-    pub fn of(model: &Description) -> Self {
+    /// Returns what a model lacks; `surroundings` override it.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError`] for a panorama that cannot be read.
+    pub fn of(model: &Description, surroundings: &Surroundings) -> Result<Self, SceneError> {
         let (mut warnings, mut notes) = (Vec::new(), Vec::new());
         let has_faces = model.instances.iter().filter_map(|instance| model.meshes.get(instance.mesh));
         let has_faces = has_faces.into_iter().any(|mesh| !mesh.triangles.is_empty());
         if !has_faces && model.shapes.is_empty() {
             warnings.push("the model has no triangles: there is nothing to see".to_owned());
         }
+        let extent = Extent::of(model);
         let camera = model.cameras.is_empty().then(|| {
-            let (center, radius) = ball(model);
-            warnings.push("no camera: the view shows all of the model".to_owned());
+            let (center, radius) = extent.ball();
+            notes.push("no camera: the view shows all of the model".to_owned());
             camera_for(center, radius)
         });
-        let mut sky = None;
-        if model.sky.is_none() {
-            let reason = match OwnLight::of(model) {
-                OwnLight::Nothing => Some("no light: the sky has radiance 1"),
-                OwnLight::Little => Some(
-                    "the model's own lights do not carry the image: a sky of radiance 1 is added to them",
-                ),
-                OwnLight::Enough => None,
-            };
-            match reason {
-                Some(reason) => {
-                    sky = Some(Sky::Gradient { bottom: DVec3::ONE, top: DVec3::ONE });
-                    warnings.push(reason.to_owned());
+        let own = OwnLight::of(model);
+        let is_lit = model.sky.is_some() || own == OwnLight::Enough;
+        let (mut sky, mut file) = (None, None);
+        if let Some(environment) = &surroundings.environment {
+            let read = environment.sky()?;
+            (sky, file) = (Some(read.0), read.1);
+        } else if model.sky.is_none() {
+            let scale = if surroundings.sun.is_some() { SUNLIT_STUDIO } else { 1.0 };
+            let note = match own {
+                OwnLight::Nothing => "no light: the built-in studio lights the model",
+                OwnLight::Little => {
+                    "the model's own lights do not carry the image: the built-in studio is added to them"
                 }
-                None => notes.push("lit by the model's own lights: no sky is added".to_owned()),
-            }
+                OwnLight::Enough => "lit by the model's own lights: no sky is added",
+            };
+            sky = (own != OwnLight::Enough).then_some(Sky::Studio { scale, rotation: 0.0 });
+            notes.push(note.to_owned());
         }
-        Self { camera, sky, warnings, notes }
+        let mut ground = None;
+        if surroundings.ground.unwrap_or(has_faces && camera.is_some() && !is_lit) {
+            ground = ground_below(model, &extent, &mut notes);
+        }
+        let sun = surroundings.sun.map(|sun| sun.light());
+        Ok(Self { camera, sky, file, sun, ground, warnings, notes })
     }
 }
 
-/// Gives a model the camera and the sky that it lacks.
-pub(super) fn complete(model: Description) -> Completed {
-    let additions = Additions::of(&model);
-    complete_with(model, &additions)
+/// Gives a model what it lacks; `surroundings` override it.
+///
+/// # Errors
+///
+/// Those of [`Additions::of`].
+pub(super) fn complete(model: Description, surroundings: &Surroundings) -> Result<Completed, SceneError> {
+    let additions = Additions::of(&model, surroundings)?;
+    Ok(complete_with(model, &additions))
 }
 
-/// Gives a model a camera and a sky, as they were chosen for the model at another time.
+/// Gives a model what was chosen for it at another time.
 pub(super) fn complete_with(mut model: Description, additions: &Additions) -> Completed {
-    let Additions { camera, sky, warnings, notes: more } = additions.clone();
+    let Additions { camera, sky, file, sun, ground, warnings, notes: more } = additions.clone();
     let mut notes = std::mem::take(&mut model.notes);
     let image = ImageSettings { width: 640, height: 360, samples: 64, depth: 50, fresnel: Fresnel::Exact };
     model.cameras.extend(camera.map(|camera| ("all".to_owned(), camera)));
-    model.sky = model.sky.or(sky);
+    model.sky = sky.or(model.sky);
+    model.files.extend(file);
+    model.lights.extend(sun);
+    model.ground = ground;
     model.warnings.extend(warnings);
     notes.extend(more);
     Completed { description: model, image, notes }
 }
 
-/// Returns centre and radius of a ball around everything; radius 1 if there is nothing.
-fn ball(model: &Description) -> (DVec3, f64) {
-    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    let mut add = |p: DVec3| (low, high) = (low.min(p), high.max(p));
-    for instance in &model.instances {
-        let Some(mesh) = model.meshes.get(instance.mesh) else { continue };
-        for &[x, y, z] in &mesh.positions {
-            add(instance.transform.transform_point3(DVec3::new(f64::from(x), f64::from(y), f64::from(z))));
-        }
+/// Returns a ground below the model, and notes what is unusual of it.
+fn ground_below(model: &Description, extent: &Extent, notes: &mut Vec<String>) -> Option<Ground> {
+    let (center, size) = extent.ball();
+    let lowest = extent.low.y;
+    let reach = center.abs().max_element() + END * size;
+    if !(lowest.is_finite() && size >= MIN_GROUND && reach <= MAX_VERTEX) {
+        notes.push("no ground: the model is too small or too far from the origin for one".to_owned());
+        return None;
     }
-    for shape in &model.shapes {
-        if let ShapeKind::Sphere { center, radius } = shape.kind {
-            add(center - radius);
-            add(center + radius);
-        }
+    let ground = Ground::below(center, size, lowest);
+    if model.cameras.first().is_some_and(|(_, camera)| camera.look_from.y < ground.center.y) {
+        notes.push(
+            "the model's camera is below the ground, which hides the model; `ground` off shows it".to_owned(),
+        );
     }
-    if !(low.is_finite() && high.is_finite()) {
-        return (DVec3::ZERO, 1.0);
-    }
-    let radius = 0.5 * (high - low).length();
-    (0.5 * (low + high), if radius > 0.0 { radius } else { 1.0 })
+    Some(ground)
 }
+
+/// Box around everything in the world; empty if there is nothing.
+struct Extent {
+    low: DVec3,
+    high: DVec3,
+}
+
+impl Extent {
+    fn of(model: &Description) -> Self {
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let mut add = |p: DVec3| (low, high) = (low.min(p), high.max(p));
+        let (boxes, is_large) = (MeshBoxes::of(model), mesh_boxes::is_large(model));
+        for instance in &model.instances {
+            boxes.points(model, instance, is_large).for_each(&mut add);
+        }
+        for shape in &model.shapes {
+            if let ShapeKind::Sphere { center, radius } = shape.kind {
+                add(center - radius);
+                add(center + radius);
+            }
+        }
+        Self { low, high }
+    }
+
+    /// Returns centre and radius of a ball around everything; radius 1 if there is nothing.
+    fn ball(&self) -> (DVec3, f64) {
+        if !(self.low.is_finite() && self.high.is_finite()) {
+            return (DVec3::ZERO, 1.0);
+        }
+        let radius = 0.5 * (self.high - self.low).length();
+        (0.5 * (self.low + self.high), if radius > 0.0 { radius } else { 1.0 })
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -4,6 +4,7 @@
 //! be added otherwise. Shadows are ignored: the estimate decides about a sky, not about an image.
 
 use super::description::{Description, Material, Mesh, PunctualLight, Texels, TextureImage};
+use super::mesh_boxes;
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -138,13 +139,13 @@ impl Point {
 }
 
 /// Calls `visit` with each world triangle whose material has a positive weight, its corners
-/// counter-clockwise seen from the front.
+/// counter-clockwise seen from the front. In a large scene it visits a sample of the instances.
 fn triangles(
     model: &Description,
     weight: &dyn Fn(usize) -> f64,
     visit: &mut dyn FnMut(&Mesh, f64, [DVec3; 3]),
 ) {
-    for instance in &model.instances {
+    for instance in mesh_boxes::sampled(model) {
         let Some(mesh) = model.meshes.get(instance.mesh) else { continue };
         let weight = weight(mesh.material);
         if weight <= 0.0 {

@@ -1,6 +1,6 @@
 //! A scene as bytes, to send it to another process and to identify it by a digest.
 
-use super::{CameraPose, Environment, ImageSettings, Scene, SceneError};
+use super::{CameraPose, Environment, ImageSettings, Scene, SceneError, SharedMeshes};
 use bytemuck::{Pod, bytes_of, cast_slice, pod_collect_to_vec};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -70,6 +70,10 @@ impl Scene {
         put(bytes, &self.flats);
         put(bytes, &self.triangles);
         put(bytes, &self.shading);
+        put(bytes, &self.shared.triangles);
+        put(bytes, &self.shared.shading);
+        put(bytes, &self.shared.meshes);
+        put(bytes, &self.shared.instances);
         put(bytes, &self.attributes);
         put(bytes, &self.materials);
         let (layers, of_layers): (Vec<_>, Vec<_>) = self.layers.iter().copied().unzip();
@@ -118,6 +122,12 @@ impl Scene {
             flats: reader.array()?,
             triangles: reader.array()?,
             shading: reader.array()?,
+            shared: SharedMeshes {
+                triangles: reader.array()?,
+                shading: reader.array()?,
+                meshes: reader.array()?,
+                instances: reader.array()?,
+            },
             attributes: reader.array()?,
             materials: reader.array()?,
             layers: {

@@ -2,7 +2,7 @@
 
 use super::ImageSettings;
 use super::camera::Camera;
-use super::description::{Description, Filter, Material, Shape, ShapeKind, Sky, TextureUse, Wrap};
+use super::description::{Description, Filter, Ground, Material, Shape, ShapeKind, Sky, TextureUse, Wrap};
 use super::error::SceneError;
 use super::format::{self, Index, Name, Object, SceneFile, Source};
 use super::import::Folder;
@@ -71,7 +71,12 @@ pub fn describe(
             scene.files.push(path);
             Some(Sky::Image { image, scale: scale.0, rotation: rotation.0.to_radians() })
         }
+        format::Sky::Studio { scale, rotation } => {
+            Some(Sky::Studio { scale: scale.0, rotation: rotation.0.to_radians() })
+        }
     };
+    let ground = |ground: &format::Ground| Ground { center: vector(ground.center), size: ground.size.0 };
+    scene.ground = file.ground.as_ref().map(ground);
     Ok((scene, settings(file)))
 }
 

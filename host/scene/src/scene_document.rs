@@ -4,11 +4,13 @@
 use super::description::{Description, TextureImage};
 use super::import::{Folder, Includes, ModelOptions};
 use super::loader::Loader;
-use super::resolve;
-use super::{ImageSettings, Rebase, Scene, SceneError, format, import, lower, model, warnings};
+use super::surroundings::{self, Surroundings};
+use super::{
+    ImageSettings, Rebase, Scene, SceneError, Sharing, format, import, lower, model, resolve, warnings,
+};
 use std::path::Path;
 use std::sync::Arc;
-use trisect_image::{Image, ImageError};
+use trisect_image::Image;
 use trisect_system::input;
 
 /// The built-in scene, a copy of the one in `scenes`, which a published crate does not contain.
@@ -30,6 +32,10 @@ pub struct SceneDocument {
     pub notes: Vec<String>,
     /// Choices for models of which the scene does not make any.
     pub options: ModelOptions,
+    /// Choice of the meshes that instances share.
+    pub sharing: Sharing,
+    /// Environment, sun and ground that were chosen in addition to what the file states.
+    pub surroundings: Surroundings,
 }
 
 /// A loader that reads from the file system the files that a scene in this folder names.
@@ -45,17 +51,7 @@ impl Loader for FromDisk<'_> {
     }
 
     fn panorama(&mut self, path: &Path) -> Result<Arc<Image>, SceneError> {
-        Image::read(path).map(Arc::new).map_err(|error| match error {
-            ImageError::Io { path, source } => SceneError::Read { path, source },
-            ImageError::Codec { message, .. } => {
-                SceneError::Inconsistent { file: path.display().to_string(), message }
-            }
-            other => {
-                let (file, text) = (path.display().to_string(), other.to_string());
-                let message = text.strip_prefix(&format!("{file}: ")).unwrap_or(&text).to_owned();
-                SceneError::Inconsistent { file, message }
-            }
-        })
+        surroundings::read_panorama(path)
     }
 
     fn texture(&mut self, path: &Path, linear: bool) -> Result<Arc<TextureImage>, SceneError> {
@@ -80,11 +76,27 @@ impl SceneDocument {
         includes: Includes,
         options: &ModelOptions,
     ) -> Result<Self, SceneError> {
+        Self::load_in_surroundings(path, includes, options, &Surroundings::default())
+    }
+
+    /// Reads a scene as [`Self::load_including`] does, with these surroundings: they replace the
+    /// sky and the ground of a scene file, and those that a model gets.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError`] names the file and the place.
+    pub fn load_in_surroundings(
+        path: &Path,
+        includes: Includes,
+        options: &ModelOptions,
+        surroundings: &Surroundings,
+    ) -> Result<Self, SceneError> {
         let name = path.display().to_string();
         let folder = Folder::of(path).including(includes);
         if import::is_model(path) {
-            let model = Self::from_model(import::load_below(path, options, &folder)?, &name)?;
-            return Ok(Self { options: options.clone(), ..model });
+            let model = import::load_below(path, options, &folder)?;
+            let document = Self::from_model_in_surroundings(model, &name, surroundings)?;
+            return Ok(Self { options: options.clone(), ..document });
         }
         // Files without an extension, such as `/dev/stdin`, are scene files.
         if path.extension().is_some_and(|extension| !extension.eq_ignore_ascii_case("ron")) {
@@ -92,7 +104,18 @@ impl SceneDocument {
         }
         let text =
             input::read_text(path).map_err(|source| SceneError::Read { path: path.to_owned(), source })?;
-        Self::read(&text, &name, &folder, options)
+        Self::read(&text, &name, &folder, options)?.surrounded(surroundings)
+    }
+
+    /// Returns the scene, which is not a model by itself, with these surroundings.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError`] for a panorama that cannot be read, and for a ground, which a scene file
+    /// states itself.
+    pub fn surrounded(mut self, surroundings: &Surroundings) -> Result<Self, SceneError> {
+        surroundings.apply(&mut self.description, &self.name)?;
+        Ok(Self { surroundings: surroundings.clone(), ..self })
     }
 
     /// Reads a scene from text; see [`Scene::parse`].
@@ -115,19 +138,42 @@ impl SceneDocument {
         Self::parse(HELLO_WORLD, "scenes/three_spheres.ron (built in)")
     }
 
-    /// Makes a scene of a model, with the camera and the sky that it lacks; see
+    /// Makes a scene of a model, with the camera, the light and the ground that it lacks; see
     /// [`Scene::from_model`].
     pub fn from_model(model: Description, name: &str) -> Result<Self, SceneError> {
-        let refused = |message| SceneError::Inconsistent { file: name.to_owned(), message };
-        lower::check_memory(&model).map_err(refused)?;
-        Ok(Self::of_model(model::complete(model), name))
+        Self::from_model_in_surroundings(model, name, &Surroundings::default())
     }
 
-    /// Returns the scene of a completed model.
-    pub(super) fn of_model(model: model::Completed, name: &str) -> Self {
+    /// Makes a scene of a model as [`Self::from_model`] does, with these surroundings.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError`] for a model that does not fit into memory, and for a panorama that cannot be
+    /// read.
+    pub fn from_model_in_surroundings(
+        model: Description,
+        name: &str,
+        surroundings: &Surroundings,
+    ) -> Result<Self, SceneError> {
+        let refused = |message| SceneError::Inconsistent { file: name.to_owned(), message };
+        lower::check_memory(&model, Sharing::Auto).map_err(refused)?;
+        let completed = model::complete(model, surroundings)?;
+        Ok(Self::of_model(completed, name, surroundings))
+    }
+
+    /// Returns the scene of a model that was completed with these surroundings.
+    pub(super) fn of_model(model: model::Completed, name: &str, surroundings: &Surroundings) -> Self {
         let model::Completed { description, image, notes } = model;
-        let (name, options) = (name.to_owned(), ModelOptions::default());
-        Self { name, description, image, space: Rebase::IDENTITY, notes, options }
+        Self {
+            name: name.to_owned(),
+            description,
+            image,
+            space: Rebase::IDENTITY,
+            notes,
+            options: ModelOptions::default(),
+            sharing: Sharing::Auto,
+            surroundings: surroundings.clone(),
+        }
     }
 
     fn read(text: &str, name: &str, folder: &Folder, options: &ModelOptions) -> Result<Self, SceneError> {
@@ -146,7 +192,9 @@ impl SceneDocument {
         let (description, image) = resolve::describe(&file, folder, loader)?;
         let notes = description.notes.clone();
         let (name, options) = (name.to_owned(), options.clone());
-        Ok(Self { name, description, image, space: file.space.space, notes, options })
+        let (space, sharing) = (file.space.space, Sharing::Auto);
+        let surroundings = Surroundings::default();
+        Ok(Self { name, description, image, space, notes, options, sharing, surroundings })
     }
 
     /// Returns the warnings: data that was left out or changed while reading, and probable mistakes
@@ -171,10 +219,11 @@ impl SceneDocument {
     ) -> Result<Scene, SceneError> {
         // Warnings are about the author's own numbers, which a space may move out of range.
         self.description.warnings = self.warnings();
+        lower::place_ground(&mut self.description);
         let inconsistent = |message| SceneError::Inconsistent { file: self.name.clone(), message };
         self.description.check().map_err(inconsistent)?;
         let moved = self.description.move_to(self.space.then(space));
         moved.map_err(|message| SceneError::Inconsistent { file: self.name.clone(), message })?;
-        lower::lower(&self.description, &self.image, &self.name, looks)
+        lower::lower(&self.description, &self.image, &self.name, self.sharing, looks)
     }
 }

@@ -150,6 +150,12 @@ impl Description {
                 layers.scale(space.scale);
             }
         }
+        if let Some(ground) = &mut self.ground {
+            (ground.center, ground.size) = (space.point(ground.center), ground.size * space.scale);
+            if !(in_world(ground.center) && is_length(ground.size)) {
+                return Err(fault("the ground goes beyond 1e18, or is scaled to nothing".to_owned()));
+            }
+        }
         for (index, light) in self.lights.iter_mut().enumerate() {
             light.move_to(space).map_err(|reason| fault(format!("light {index} {reason}")))?;
         }

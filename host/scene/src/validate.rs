@@ -18,14 +18,19 @@ impl Scene {
         let materials = self.materials.len();
         let used = self.spheres.iter().map(|s| s.material);
         let used = used.chain(self.flats.iter().map(|f| f.material));
-        let mut used = used.chain(self.triangles.iter().map(|t| t.material)).enumerate();
+        let triangles = self.triangles.iter().chain(&self.shared.triangles);
+        let mut used = used.chain(triangles.map(|t| t.material)).enumerate();
         if let Some((index, material)) = used.find(|&(_, material)| material as usize >= materials) {
             return Some(format!(
                 "primitive {index} has material {material}, but there are {materials} materials"
             ));
         }
-        if self.primitives() > Child::MAX_INDEX as usize {
-            return Some(format!("{} primitives; at most {} fit", self.primitives(), Child::MAX_INDEX));
+        let numbered = self.primitives() + self.shared.instances.len();
+        if numbered > Child::MAX_INDEX as usize {
+            return Some(format!("{numbered} primitives and instances; at most {} fit", Child::MAX_INDEX));
+        }
+        if let Some(message) = self.shared.broken() {
+            return Some(message);
         }
         if self.shading.len() != self.triangles.len() {
             return Some(format!(
@@ -35,7 +40,8 @@ impl Scene {
             ));
         }
         let attributes = self.attributes.len();
-        if let Some(shading) = self.shading.iter().find(|shading| shading.attributes as usize > attributes) {
+        let mut all = self.shading.iter().chain(&self.shared.shading);
+        if let Some(shading) = all.find(|shading| shading.attributes as usize > attributes) {
             let number = shading.attributes;
             return Some(format!("a triangle has attributes {number}, but there are {attributes}"));
         }

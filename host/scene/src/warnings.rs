@@ -4,7 +4,7 @@ mod glass;
 #[cfg(test)]
 mod tests;
 
-use super::description::{Description, Material, Sky};
+use super::description::{Description, Material};
 use crate::part_names as names;
 
 /// Returns a line for each kind of mistake.
@@ -14,13 +14,7 @@ pub(super) fn warnings(scene: &Description) -> Vec<String> {
 
 /// Warns if nothing in the scene emits.
 fn no_light(scene: &Description) -> Option<String> {
-    let sky = match &scene.sky {
-        None => false,
-        Some(Sky::Gradient { bottom, top }) => bottom.max(*top).max_element() > 0.0,
-        Some(Sky::Image { image, scale, .. }) => {
-            *scale > 0.0 && image.pixels.iter().flatten().any(|&channel| channel > 0.0)
-        }
-    };
+    let sky = scene.sky.as_ref().is_some_and(|sky| sky.max_radiance() > 0.0);
     let emits = |material: usize| {
         scene.materials.get(material).is_some_and(|material| material.emission.max_element() > 0.0)
     };

@@ -20,7 +20,7 @@ use trisect_shared::buffer::SharedSlice;
 #[cfg(target_arch = "x86_64")]
 use trisect_shared::features::{AVX2, AVX512};
 use trisect_shared::features::{
-    BOOK, CHOICES, FeatureSet, Features, LAYERS, LINEAR, NEEDS, OF_SURFACES, REGENERATE, ROULETTE, SPHERES,
+    BOOK, CHOICES, FeatureSet, Features, LINEAR, NEEDS, OF_SURFACES, RARE, REGENERATE, ROULETTE, SPHERES,
     WIDE, has_any,
 };
 use trisect_shared::film::{Compensation, PixelSums};
@@ -210,7 +210,8 @@ unsafe fn store<T>(array: &Written<'_, T>, index: u32, value: T) {
 /// First binding of the arrays that render kernels write: output, compensations, counter, AOV sums.
 const WRITTEN: usize = 10;
 
-/// First binding of the wide BVH: root, nodes, packets of spheres and of triangles.
+/// First binding of the wide BVH: roots of the world and of each instance, nodes, packets of spheres
+/// and of triangles.
 const WIDE_TREE: usize = 14;
 
 /// Returns the scene of a render kernel. Its wide BVH is empty for the other kernels.
@@ -224,7 +225,8 @@ unsafe fn scene<'a, const POSSIBLE: Features>(of: &'a Arguments<'_>) -> Scene<'a
     unsafe {
         let wide = if const { has_any(POSSIBLE, WIDE) } {
             WideTree {
-                root: WideChild(of.read::<u32>(WIDE_TREE)[0]),
+                root: WideChild(*of.read::<u32>(WIDE_TREE).get_unchecked(0)),
+                instance_roots: of.read::<u32>(WIDE_TREE).get_unchecked(1..),
                 nodes: of.read(WIDE_TREE + 1),
                 spheres: of.read(WIDE_TREE + 2),
                 triangles: of.read(WIDE_TREE + 3),
@@ -334,9 +336,9 @@ macro_rules! render {
 /// features; code that is left out for a choice gains up to 6 % (docs/notebook/specialisation.md).
 const RENDER: &[NativeEntryPoint] = render! {
     CHOICES | ROULETTE | SPHERES | BOOK,
-    NEEDS & !(OF_SURFACES | LAYERS),
-    NEEDS & !LAYERS | REGENERATE,
-    CHOICES | NEEDS & !LAYERS | LINEAR | REGENERATE,
+    NEEDS & !(OF_SURFACES | RARE),
+    NEEDS & !RARE | REGENERATE,
+    CHOICES | NEEDS & !RARE | LINEAR | REGENERATE,
     CHOICES | NEEDS | LINEAR | REGENERATE,
 };
 

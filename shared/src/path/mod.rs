@@ -93,7 +93,7 @@ impl Path {
     /// Creates the path of the sample that `key` names.
     #[inline(always)]
     fn new(key: PathKey) -> Self {
-        let ray = Ray { origin: Vec3::ZERO, direction: Vec3::Z, origin_primitive: OriginPrimitive::NONE };
+        let ray = Ray::in_world(Vec3::ZERO, Vec3::Z, OriginPrimitive::NONE);
         Self {
             key,
             needs_camera_ray: true,

@@ -15,7 +15,7 @@ use crate::layers::SOLID;
 use crate::light::mis_weight;
 use crate::material::{BLENDED, MASKED};
 use crate::math::{exp2, max, max_component, min, unit_f32};
-use crate::params::RenderParams;
+use crate::params::{FLAG_HIDDEN_SKY, RenderParams};
 use crate::sampler::words;
 use crate::scene::Scene;
 use core::f32::consts::LOG2_E;
@@ -105,6 +105,9 @@ impl Path {
             let light_pdf = from.pdf * params.environment_probability;
             sky = from.radiance * if self.pdf > 0.0 { mis_weight(self.pdf, light_pdf) } else { 1.0 };
         }
+        if self.segment == 1 && params.flags & FLAG_HIDDEN_SKY != 0 {
+            sky = Vec3::ZERO;
+        }
         self.radiance += self.throughput * sky;
         if features.has(AOVS) && self.segment == 1 {
             // SAFETY: the caller's promise.
@@ -169,7 +172,7 @@ impl Path {
                     SurfaceAovs { albedo: bsdf.albedo(features), diffuse: bsdf.diffuseness(features) };
                 let add_hit = |g: &mut AovSums| {
                     g.add_hit(
-                        hit.primitive,
+                        hit.named(features, params),
                         normals.of_bsdf.shading,
                         aov_sample,
                         vertex.surface.point,

@@ -80,6 +80,7 @@ impl Vertex {
             origin: surface::offset_ray_origin(point, normal, error_bound, !inside),
             direction: self.ray.direction,
             origin_primitive: OriginPrimitive::new(self.hit.primitive, inside),
+            origin_instance: self.hit.instance,
         }
     }
 
@@ -97,7 +98,8 @@ impl Vertex {
         } else {
             point
         };
-        Ray { origin, direction, origin_primitive: OriginPrimitive::new(self.hit.primitive, inside) }
+        let origin_primitive = OriginPrimitive::new(self.hit.primitive, inside);
+        Ray { origin, direction, origin_primitive, origin_instance: self.hit.instance }
     }
 
     /// Returns the normals on the side that the ray comes from, as `front` says.

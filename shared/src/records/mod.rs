@@ -6,6 +6,7 @@ pub mod attributes;
 pub mod denoise;
 pub mod environment;
 pub mod first_hit;
+pub mod instance;
 pub mod layers;
 pub mod light;
 pub mod material;

@@ -12,6 +12,8 @@ pub enum LeafKind {
     Planar = 1,
     /// Triangles, in a [`TrianglePacket`].
     Triangles = 2,
+    /// One instance, by its number.
+    Instance = 3,
 }
 
 /// Reference to a child of a wide node: the index of a node, or, with the top bit set, a leaf. A
@@ -23,8 +25,10 @@ pub struct WideChild(pub u32);
 impl WideChild {
     /// Root of an empty scene, and placeholder for a missing child of a node.
     pub const EMPTY: Self = Self(u32::MAX);
+    /// Entry of a traversal's stack: the ray has left its instance.
+    pub const LEAVE: Self = Self::leaf(LeafKind::Instance, 2, 0);
     const LEAF: u32 = 0x8000_0000;
-    /// Largest index of a packet or primitive.
+    /// Largest index of a packet, primitive or instance.
     pub const MAX_INDEX: u32 = 0x03ff_ffff;
 
     /// Creates a reference to an inner node.
@@ -107,6 +111,8 @@ const _: () = assert!(size_of::<SpherePacket>() == 160 && align_of::<SpherePacke
 pub struct WideTree<'a> {
     /// Root, or [`WideChild::EMPTY`] if there are no primitives.
     pub root: WideChild,
+    /// Root of the mesh of each instance, as a [`WideChild`] word.
+    pub instance_roots: &'a [u32],
     /// Inner nodes, parents before children.
     pub nodes: &'a [WideNode],
     /// Leaves of spheres.
@@ -117,5 +123,6 @@ pub struct WideTree<'a> {
 
 impl WideTree<'_> {
     /// Wide BVH of a scene that is traced without one.
-    pub const NONE: Self = Self { root: WideChild::EMPTY, nodes: &[], spheres: &[], triangles: &[] };
+    pub const NONE: Self =
+        Self { root: WideChild::EMPTY, instance_roots: &[], nodes: &[], spheres: &[], triangles: &[] };
 }

@@ -3,8 +3,9 @@
 
 use super::initial_hit;
 use crate::buffer::{load, load_local, store_local};
-use crate::bvh::{BvhNode, Child, Hit, RayQuery, STACK_SIZE, Visits};
-use crate::features::{COUNTED, FeatureSet, Features, HEAVY, PADDED_BOXES};
+use crate::bvh::{BvhNode, Child, Hit, NO_INSTANCE, RayQuery, STACK_SIZE, Visits};
+use crate::features::{COUNTED, FeatureSet, Features, HEAVY, INSTANCES, PADDED_BOXES};
+use crate::instance;
 use crate::params::RenderParams;
 use crate::primitive::{distance, is_closer};
 use crate::ray::Ray;
@@ -33,8 +34,10 @@ pub unsafe fn closest_in_tree<const POSSIBLE: Features>(
     query: RayQuery,
     root: Child,
 ) -> (Hit, Visits) {
-    let shear = Shear::new(ray.direction); // unused without triangles
-    let reciprocals = RayReciprocals::new(ray.origin, ray.direction);
+    // The ray in the coordinates of the instance that it is in.
+    let (mut local, mut instance) = (ray, NO_INSTANCE);
+    let mut shear = Shear::new(ray.direction); // unused without triangles
+    let mut reciprocals = RayReciprocals::new(ray.origin, ray.direction);
     // SAFETY: the caller's promise.
     let mut hit = unsafe { initial_hit(features, params, scene, ray, &shear, query) };
     // Not cleared: clearing 256 bytes for each ray costs more than all the boxes that it tests.
@@ -63,7 +66,7 @@ pub unsafe fn closest_in_tree<const POSSIBLE: Features>(
             // SAFETY: the caller's promise for each child's index.
             let node = unsafe { load::<BvhNode>(scene.nodes, child.index()) };
             let BoxHits { first, second, t_first, t_second } =
-                intersect_boxes(features.has(PADDED_BOXES), ray.origin, &reciprocals, &node, hit.distance);
+                intersect_boxes(features.has(PADDED_BOXES), local.origin, &reciprocals, &node, hit.distance);
             if first {
                 if second {
                     let second_is_near = t_second < t_first;
@@ -86,13 +89,33 @@ pub unsafe fn closest_in_tree<const POSSIBLE: Features>(
     macro_rules! test {
         () => {
             if features.has(COUNTED) {
-                visits.leaves += 1;
+                visits.leaves += u32::from(child != Child::LEAVE);
+            }
+            if features.has(INSTANCES) && child.index() >= params.first_instance {
+                cross_instance!(
+                    params,
+                    scene,
+                    ray,
+                    child,
+                    depth,
+                    &mut stack,
+                    local,
+                    instance,
+                    shear,
+                    reciprocals,
+                    {
+                        pop!();
+                    }
+                );
+                continue;
             }
             let primitive = child.index();
             // SAFETY: the caller's promise.
-            let t = unsafe { distance(features, params, scene, ray, &shear, primitive) };
-            if is_closer(t, primitive, hit.distance, hit.primitive) {
-                hit = Hit { distance: t, primitive };
+            let t = unsafe { distance(features, params, scene, local, &shear, primitive) };
+            if is_closer(t, primitive, hit.distance, hit.primitive)
+                || hit.is_after(features, t, primitive, instance)
+            {
+                hit = Hit { distance: t, primitive, instance };
                 if query.any_hit && primitive != query.light_primitive {
                     depth = 0;
                 }

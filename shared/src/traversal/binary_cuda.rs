@@ -2,8 +2,9 @@
 
 use super::initial_hit;
 use crate::buffer::{load, load_local, store_local};
-use crate::bvh::{BvhNode, Child, Hit, RayQuery, STACK_SIZE, Visits};
-use crate::features::{COUNTED, FeatureSet, Features, PADDED_BOXES};
+use crate::bvh::{BvhNode, Child, Hit, NO_INSTANCE, RayQuery, STACK_SIZE, Visits};
+use crate::features::{COUNTED, FeatureSet, Features, INSTANCES, PADDED_BOXES};
+use crate::instance;
 use crate::params::RenderParams;
 use crate::primitive::{distance, is_closer};
 use crate::ray::Ray;
@@ -29,8 +30,10 @@ pub unsafe fn closest_in_tree<const POSSIBLE: Features>(
     query: RayQuery,
     root: Child,
 ) -> (Hit, Visits) {
-    let shear = Shear::new(ray.direction);
-    let reciprocals = RayReciprocals::new(ray.origin, ray.direction);
+    // The ray in the coordinates of the instance that it is in.
+    let (mut local, mut instance) = (ray, NO_INSTANCE);
+    let mut shear = Shear::new(ray.direction);
+    let mut reciprocals = RayReciprocals::new(ray.origin, ray.direction);
     // SAFETY: the caller's promise.
     let mut hit = unsafe { initial_hit(features, params, scene, ray, &shear, query) };
     // One entry more than levels: the lowest is `EMPTY`, which ends the search.
@@ -45,7 +48,7 @@ pub unsafe fn closest_in_tree<const POSSIBLE: Features>(
             if features.has(COUNTED) {
                 visits.nodes += u32::from(!child.is_leaf());
             }
-            visit_node!(features, scene, ray, reciprocals, hit, child, depth, &mut stack);
+            visit_node!(features, scene, local, reciprocals, hit, child, depth, &mut stack);
         };
     }
     while child != Child::EMPTY {
@@ -54,16 +57,38 @@ pub unsafe fn closest_in_tree<const POSSIBLE: Features>(
         visit!();
         if child.is_leaf() && child != Child::EMPTY {
             if features.has(COUNTED) {
-                visits.leaves += 1;
+                visits.leaves += u32::from(child != Child::LEAVE);
+            }
+            if features.has(INSTANCES) && child.index() >= params.first_instance {
+                cross_instance!(
+                    params,
+                    scene,
+                    ray,
+                    child,
+                    depth,
+                    &mut stack,
+                    local,
+                    instance,
+                    shear,
+                    reciprocals,
+                    {
+                        depth -= 1;
+                        // SAFETY: `depth` entries were stored.
+                        child = Child(unsafe { load_local(&stack, depth) });
+                    }
+                );
+                continue;
             }
             let primitive = child.index();
             depth -= 1;
             // SAFETY: `depth` entries were stored.
             child = Child(unsafe { load_local(&stack, depth) });
             // SAFETY: the caller's promise.
-            let t = unsafe { distance(features, params, scene, ray, &shear, primitive) };
-            if is_closer(t, primitive, hit.distance, hit.primitive) {
-                hit = Hit { distance: t, primitive };
+            let t = unsafe { distance(features, params, scene, local, &shear, primitive) };
+            if is_closer(t, primitive, hit.distance, hit.primitive)
+                || hit.is_after(features, t, primitive, instance)
+            {
+                hit = Hit { distance: t, primitive, instance };
                 if query.any_hit && primitive != query.light_primitive {
                     child = Child::EMPTY;
                 }

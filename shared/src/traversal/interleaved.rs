@@ -3,8 +3,9 @@
 
 use super::initial_hit;
 use crate::buffer::{load, load_local, store_local};
-use crate::bvh::{BvhNode, Child, Hit, NO_PRIMITIVE, RayQuery, STACK_SIZE};
-use crate::features::{FeatureSet, Features, PADDED_BOXES};
+use crate::bvh::{BvhNode, Child, Hit, NO_INSTANCE, NO_PRIMITIVE, RayQuery, STACK_SIZE};
+use crate::features::{FeatureSet, Features, INSTANCES, PADDED_BOXES};
+use crate::instance;
 use crate::params::RenderParams;
 use crate::primitive::{distance, is_closer};
 use crate::ray::Ray;
@@ -32,6 +33,8 @@ pub struct Search {
     child: Child,
     /// Number of entries of the stack.
     depth: u32,
+    /// Instance in which the search is.
+    instance: u32,
     /// Closest hit so far.
     pub hit: Hit,
 }
@@ -39,7 +42,7 @@ pub struct Search {
 impl Search {
     /// A search that has ended.
     pub const ENDED: Self =
-        Self { child: Child::EMPTY, depth: 0, hit: Hit { distance: 0.0, primitive: NO_PRIMITIVE } };
+        Self { child: Child::EMPTY, depth: 0, instance: NO_INSTANCE, hit: Hit::in_world(0.0, NO_PRIMITIVE) };
 
     /// Returns whether the search has ended.
     #[inline(always)]
@@ -69,7 +72,7 @@ impl Search {
             store_local(stack, 0, Child::EMPTY.0);
             initial_hit(features, params, scene, ray, &shear, query)
         };
-        Self { child: root, depth: 1, hit }
+        Self { child: root, depth: 1, instance: NO_INSTANCE, hit }
     }
 
     /// Continues the search for a turn: until few lanes of the warp search, or for some steps
@@ -92,12 +95,17 @@ impl Search {
         stack: &mut Stack,
     ) {
         // Made anew for each turn, because they would take registers while the lane shades.
-        let shear = Shear::new(ray.direction);
-        let reciprocals = RayReciprocals::new(ray.origin, ray.direction);
-        let Self { mut child, mut depth, mut hit } = *self;
+        let Self { mut child, mut depth, mut instance, mut hit } = *self;
+        let mut local = ray;
+        if features.has(INSTANCES) && instance != NO_INSTANCE {
+            // SAFETY: the search has passed into this instance.
+            local = unsafe { instance::entry(params, scene, instance) }.enter(ray, instance);
+        }
+        let mut shear = Shear::new(local.direction);
+        let mut reciprocals = RayReciprocals::new(local.origin, local.direction);
         macro_rules! visit {
             () => {
-                visit_node!(features, scene, ray, reciprocals, hit, child, depth, &mut *stack);
+                visit_node!(features, scene, local, reciprocals, hit, child, depth, &mut *stack);
             };
         }
         let mut steps = 0;
@@ -106,15 +114,39 @@ impl Search {
             // Two nodes before a leaf, as without turns.
             visit!();
             visit!();
-            if child.is_leaf() && child != Child::EMPTY {
+            if features.has(INSTANCES)
+                && child.is_leaf()
+                && child != Child::EMPTY
+                && child.index() >= params.first_instance
+            {
+                cross_instance!(
+                    params,
+                    scene,
+                    ray,
+                    child,
+                    depth,
+                    &mut *stack,
+                    local,
+                    instance,
+                    shear,
+                    reciprocals,
+                    {
+                        depth -= 1;
+                        // SAFETY: `depth` entries were stored.
+                        child = Child(unsafe { load_local(stack, depth) });
+                    }
+                );
+            } else if child.is_leaf() && child != Child::EMPTY {
                 let primitive = child.index();
                 depth -= 1;
                 // SAFETY: `depth` entries were stored.
                 child = Child(unsafe { load_local(stack, depth) });
                 // SAFETY: the caller's promise.
-                let t = unsafe { distance(features, params, scene, ray, &shear, primitive) };
-                if is_closer(t, primitive, hit.distance, hit.primitive) {
-                    hit = Hit { distance: t, primitive };
+                let t = unsafe { distance(features, params, scene, local, &shear, primitive) };
+                if is_closer(t, primitive, hit.distance, hit.primitive)
+                    || hit.is_after(features, t, primitive, instance)
+                {
+                    hit = Hit { distance: t, primitive, instance };
                     if query.any_hit && primitive != query.light_primitive {
                         child = Child::EMPTY;
                     }
@@ -127,6 +159,6 @@ impl Search {
                 child != Child::EMPTY && steps < MAX_STEPS
             };
         }
-        *self = Self { child, depth, hit };
+        *self = Self { child, depth, instance, hit };
     }
 }

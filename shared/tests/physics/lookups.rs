@@ -182,9 +182,8 @@ fn images_are_upright() {
     // Returns the texture coordinates that a ray against `normal`, from distance 5, finds at
     // `point`.
     let read = |primitive: u32, point: Vec3, normal: Vec3| {
-        let ray =
-            Ray { origin: point + normal * 5.0, direction: -normal, origin_primitive: OriginPrimitive::NONE };
-        let hit = Hit { distance: 5.0, primitive };
+        let ray = Ray::in_world(point + normal * 5.0, -normal, OriginPrimitive::NONE);
+        let hit = Hit::in_world(5.0, primitive);
         // SAFETY: the primitives are there.
         let s = unsafe { surface::at(FeatureSet::<{ SHAPES | TEXTURES }>::ALL, &params, scene, ray, hit) };
         (s.u, s.v)

@@ -32,8 +32,8 @@ fn found(scene: Scene, index: u32, origin: Vec3, target: Vec3) -> Option<Surface
     } else {
         scene.planars[index as usize].distance(origin, direction)
     };
-    let (hit, departure) = (Hit { distance, primitive: index }, OriginPrimitive::NONE);
-    let ray = Ray { origin, direction, origin_primitive: departure };
+    let (hit, departure) = (Hit::in_world(distance, index), OriginPrimitive::NONE);
+    let ray = Ray::in_world(origin, direction, departure);
     // SAFETY: the index is of a primitive.
     (distance < MISS).then(|| unsafe { surface::at(FeatureSet::<SHAPES>::ALL, &params, scene, ray, hit) })
 }

@@ -30,7 +30,7 @@ fn visits_box((low, high): Box3, origin: Vec3, direction: Vec3) -> [bool; 2] {
         let scene = Scene { spheres: &[around, around], nodes: &[node], ..NO_SCENE };
         let mut params = RenderParams::zeroed();
         params.root = Child::inner(0).0;
-        let ray = Ray { origin, direction, origin_primitive: OriginPrimitive::NONE };
+        let ray = Ray::in_world(origin, direction, OriginPrimitive::NONE);
         // SAFETY: one node, two spheres.
         unsafe { closest_hit(FeatureSet::<0>::ALL, &params, scene, ray, RayQuery::CLOSEST) }.primitive == 0
     })

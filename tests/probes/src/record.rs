@@ -6,7 +6,7 @@ use glam::{UVec4, Vec3, Vec4};
 use trisect_shared::params::RenderParams;
 use trisect_shared::rng::Words;
 
-/// Parameters of a launch. 256 bytes.
+/// Parameters of a launch. 272 bytes.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct ProbeParams {
@@ -22,7 +22,7 @@ pub struct ProbeParams {
     pub render: RenderParams,
 }
 
-const _: () = assert!(size_of::<ProbeParams>() == 256 && align_of::<ProbeParams>() == 16);
+const _: () = assert!(size_of::<ProbeParams>() == 272 && align_of::<ProbeParams>() == 16);
 
 /// Input of a probe: eight rows, whose meaning each operation states. 128 bytes. The rows are
 /// integers, so that no bit pattern changes on the way.

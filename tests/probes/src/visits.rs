@@ -26,7 +26,7 @@ pub unsafe fn visits(params: &ProbeParams, scene: Scene, input: Input) -> Output
     if input.a.w != NO_PRIMITIVE {
         origin_primitive = OriginPrimitive::new(input.a.w, false);
     }
-    let ray = Ray { origin: vector(input.a), direction: vector(input.b), origin_primitive };
+    let ray = Ray::in_world(vector(input.a), vector(input.b), origin_primitive);
     let query = RayQuery { any_hit: params.operation == SHADOW, ..RayQuery::CLOSEST };
     // SAFETY: the caller guarantees it.
     let (hit, visits) = unsafe {

@@ -53,7 +53,7 @@ impl ProbeScene {
             Ok(bvh) => bvh,
             Err(error) => panic!("{error}"),
         };
-        let lights = Lights::new(scene, &bvh.triangles);
+        let lights = Lights::new(scene, bvh.world_triangles());
         Self { scene: scene.clone(), bvh, lights }
     }
 
@@ -82,8 +82,10 @@ impl ProbeScene {
             root: self.bvh.root.0,
             first_planar: self.scene.spheres.len() as u32,
             first_triangle: (self.scene.spheres.len() + self.scene.flats.len()) as u32,
-            primitive_count: (self.scene.spheres.len() + self.scene.flats.len() + self.scene.triangles.len())
-                as u32,
+            primitive_count: self.scene.world_primitives() as u32,
+            first_instance: self.bvh.first_leaf_of_instances(),
+            instance_count: self.scene.shared.instances.len() as u32,
+            first_instance_node: self.bvh.first_instance_node as u32,
             light_count: self.lights.lights.len() as u32,
             environment_probability: self.lights.environment_probability,
             environment_width: size.0,

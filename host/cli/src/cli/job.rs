@@ -1,6 +1,7 @@
 //! Scene, settings and device: the options of all commands that render.
 
-use super::{parse_count, parse_resolution};
+use super::switch::Switch;
+use super::{SurroundingsArgs, parse_count, parse_resolution};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 use trisect::bvh::BvhQuality;
@@ -8,6 +9,7 @@ use trisect::device::Choice;
 use trisect::output::exposure::Exposure;
 use trisect::render::{KernelFeatures, MathMode, Sampler, Schedule, Settings, Summation, Traversal};
 use trisect::scene::Includes;
+use trisect::scene::Sharing;
 use trisect::scene::import::{ModelOptions, is_model};
 
 /// Scene, settings and device of a render.
@@ -23,6 +25,10 @@ pub struct JobArgs {
     /// Parts of models that are drawn.
     #[command(flatten)]
     pub model: ModelArgs,
+
+    /// Environment, sun and ground.
+    #[command(flatten)]
+    pub surroundings: SurroundingsArgs,
 
     /// Backend to render on.
     #[arg(long, value_enum, default_value_t = Choice::Auto)]
@@ -97,6 +103,12 @@ pub struct JobArgs {
     #[arg(long, value_enum)]
     pub bvh_quality: Option<BvhQuality>,
 
+    /// Meshes that several objects place: stored once and traced through their transforms, or copied
+    /// for each object, which is faster; affects the image by rounding only. Auto shares a mesh if
+    /// its copies would have a million triangles more.
+    #[arg(long, value_enum, default_value_t = SharingArg::Auto)]
+    pub instances: SharingArg,
+
     /// Method of finding the closest hit; does not affect the image (default: the fastest on the
     /// backend).
     #[arg(long, value_enum)]
@@ -147,6 +159,27 @@ pub struct ModelArgs {
     pub material_variant: Option<String>,
 }
 
+/// Values of `--instances`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SharingArg {
+    /// Share large meshes.
+    Auto,
+    /// Share each mesh that can be shared, even with one instance. Meshes that emit are copied.
+    Share,
+    /// Copy all meshes.
+    Copy,
+}
+
+impl From<SharingArg> for Sharing {
+    fn from(sharing: SharingArg) -> Self {
+        match sharing {
+            SharingArg::Auto => Self::Auto,
+            SharingArg::Share => Self::Always,
+            SharingArg::Copy => Self::Never,
+        }
+    }
+}
+
 impl ModelArgs {
     /// Returns the choices for the library.
     pub fn options(&self) -> ModelOptions {
@@ -179,15 +212,6 @@ impl IncludeArgs {
     pub fn includes(self) -> Includes {
         if self.allow_outside { Includes::Anywhere } else { Includes::Below }
     }
-}
-
-/// Switch of an option: `on` or `off`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Switch {
-    /// Enabled.
-    On,
-    /// Disabled.
-    Off,
 }
 
 impl JobArgs {

@@ -1,5 +1,6 @@
 //! Arguments of `trisect render`.
 
+use super::background::{Background, parse_background};
 use super::{CheckpointArgs, ClusterArgs, DenoiseArgs, GoalArgs, JobArgs, LogArgs, MotionArgs, parse_stops};
 use clap::Args;
 use std::path::PathBuf;
@@ -35,6 +36,11 @@ pub struct RenderArgs {
     /// variance, samples. Position and depth are in scene units (default: none).
     #[arg(long, value_name = "LAYERS", value_delimiter = ',', value_parser = parse_aov)]
     pub aov: Vec<Aov>,
+
+    /// Background where camera rays reach the sky, which lights the scene in any case: sky,
+    /// transparent (.png and .exr), or a colour, linear R,G,B or #rrggbb in sRGB.
+    #[arg(long, value_name = "sky|transparent|COLOUR", default_value = "sky", value_parser = parse_background)]
+    pub background: Background,
 
     /// Image file: .png (sRGB), .exr, .hdr or .pfm (linear).
     #[arg(short, long, value_name = "FILE", default_value = "out.png")]

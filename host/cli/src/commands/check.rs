@@ -17,10 +17,11 @@ const OUTSIDE: u8 = 6;
 
 /// Prints the findings, and writes a copy in the best space if `--write` is given.
 pub fn run(arguments: &CheckArgs) -> Result<ExitCode, Error> {
-    let scene = SceneDocument::load_including(
+    let scene = SceneDocument::load_in_surroundings(
         &arguments.scene,
         arguments.includes.includes(),
         &arguments.model.options(),
+        &arguments.surroundings.surroundings(),
     )?;
     let report = precision::check(&scene, &scene.image);
     // Error with which a render would refuse the scene, such as a sky that is not a number.

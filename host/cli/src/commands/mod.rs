@@ -3,6 +3,7 @@
 //! `main` calls a command with its parsed arguments and gets an exit code or an error.
 //! [`Loaded`] is a scene with its settings, [`Session`] the same on an open backend.
 
+mod background;
 mod bench;
 pub mod check;
 mod checkpointing;
@@ -79,10 +80,16 @@ impl Loaded {
     /// Reads the scene, and checks its settings and that no output is one of its files.
     pub fn read(job: &JobArgs, outputs: &Outputs) -> Result<Self, Error> {
         let start = Instant::now();
-        let described = match &job.scene {
-            Some(path) => SceneDocument::load_including(path, job.includes.includes(), &job.model.options())?,
-            None => SceneDocument::hello_world()?,
+        let mut described = match &job.scene {
+            Some(path) => SceneDocument::load_in_surroundings(
+                path,
+                job.includes.includes(),
+                &job.model.options(),
+                &job.surroundings.surroundings(),
+            )?,
+            None => SceneDocument::hello_world()?.surrounded(&job.surroundings.surroundings())?,
         };
+        described.sharing = job.instances.into();
         Self::of_document(job, outputs, described, start, |described| described.lower(Rebase::IDENTITY))
     }
 

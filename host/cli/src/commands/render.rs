@@ -2,13 +2,14 @@
 //!
 //! `resume` and the renders over ranks call its functions to check and write outputs.
 
+use super::background;
 use super::checkpointing::{ProgressObserver, RenderStart, RenderSupervisor, StopReason};
 use super::data;
 use super::eprint;
 use super::fallback_path::or_fallback_path;
 use super::signals::interrupts;
 use super::{Session, fit_to_cpu};
-use crate::cli::{JobArgs, RenderArgs};
+use crate::cli::{Background, JobArgs, RenderArgs};
 use crate::progress::Bar;
 use std::borrow::Cow;
 use std::ops::Range;
@@ -38,7 +39,7 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
 
     let job = JobArgs { may_roulette: request.is_some(), ..arguments.job.clone() };
     let mut session = Session::open_with_checkpoint(&job, &arguments.checkpointing, &outputs(arguments))?;
-    session.settings.guides = needs_aovs(arguments, denoise.as_ref());
+    adapt(&mut session.settings, arguments, denoise.as_ref());
     if !arguments.log.quiet {
         announce(&session, &goal_text(&session, request.as_ref()));
     }
@@ -179,9 +180,12 @@ fn render_to_goal(
     Ok(ended.filter(|_| in_place).map_or(code, StopReason::exit_code))
 }
 
-/// Returns whether the render must write AOV sums: for a filter, or for a layer of the first hit.
-pub fn needs_aovs(arguments: &RenderArgs, denoise: Option<&DenoiseSettings>) -> bool {
-    denoise.is_some() || arguments.aov.iter().any(|aov| aov.needs_aov_sums())
+/// Adapts the settings to what the image needs: AOV sums for a filter, for a layer of the first hit
+/// and for a background, behind which the sky is hidden.
+pub fn adapt(settings: &mut Settings, arguments: &RenderArgs, denoise: Option<&DenoiseSettings>) {
+    settings.hidden_sky = arguments.background.hides_sky();
+    settings.guides =
+        denoise.is_some() || settings.hidden_sky || arguments.aov.iter().any(|aov| aov.needs_aov_sums());
 }
 
 /// Returns the files that a render writes.
@@ -198,6 +202,7 @@ pub fn check(arguments: &RenderArgs) -> Result<(), Error> {
     if !arguments.aov.is_empty() {
         layers::check(&arguments.output, &arguments.aov)?;
     }
+    background::check(arguments.background, &arguments.output)?;
     outputs(arguments).check()?;
     output::probe(&arguments.output)?;
     if let Some(stats) = &arguments.log.stats {
@@ -269,7 +274,7 @@ pub fn finish(
                 // The image without the filter is written, so that no samples are lost.
                 let exposed = exposed(arguments.exposure(), &arguments.output, &drawn, None);
                 match or_fallback_path(&arguments.output, |path| {
-                    write(path, &[], session, &drawn, exposed.as_ref())
+                    write(path, (arguments.background, &[]), session, &drawn, exposed.as_ref())
                 }) {
                     Ok(path) => eprint(&format!("warning: wrote {} without denoising", path.display())),
                     Err(error) => eprint(&format!("error: {error}")),
@@ -296,7 +301,7 @@ pub fn write_outputs(
     let start = Instant::now();
     let exposed = exposed(arguments.exposure(), &arguments.output, &drawn, denoised);
     let written = or_fallback_path(&arguments.output, |path| {
-        write(path, &arguments.aov, session, &drawn, exposed.as_ref())
+        write(path, (arguments.background, &arguments.aov), session, &drawn, exposed.as_ref())
     });
 
     let mut told = None;
@@ -377,10 +382,10 @@ fn exposed<'a>(
     Some((image, exposed))
 }
 
-/// Writes the image, with the layers `aov` of its film.
+/// Writes the image before its background, with the layers `aov` of its film.
 fn write(
     path: &Path,
-    aov: &[Aov],
+    (background, aov): (Background, &[Aov]),
     session: &Session,
     drawn: &RenderOutput,
     exposed: Option<&(Cow<Image>, Exposed)>,
@@ -393,14 +398,15 @@ fn write(
         #[cfg(feature = "mpi")]
         (RenderOutput::Image(image), None) => Ok(output::write(image, path)?),
         (RenderOutput::Film(film), None) => Ok(output::write(&film.image(), path)?),
-        (RenderOutput::Film(film), Some((image, exposed))) if !aov.is_empty() => {
+        (RenderOutput::Film(film), Some((image, exposed))) => {
             let place = FilmPlace {
                 camera: &session.renderer.camera(&session.settings),
                 space: session.space,
                 object: |primitive| session.renderer.object(primitive),
             };
-            Ok(layers::write(image, film, &place, aov, exposed.stops, path)?)
+            Ok(background::write(background, image, film, &place, (aov, exposed.stops), path)?)
         }
+        #[cfg(feature = "mpi")]
         (_, Some((image, _))) => Ok(output::write(image, path)?),
     }
 }

@@ -29,6 +29,7 @@ pub fn run(arguments: &ResumeArgs) -> Result<ExitCode, Error> {
     let mut session =
         Session::open_with_checkpoint(&command.job, &command.checkpointing, &render::outputs(&command))?;
     session.settings.guides = !checkpoint.film.aovs.is_empty();
+    session.settings.hidden_sky = command.background.hides_sky();
     // The scene may have another number of samples than the checkpoint, whose number counts.
     session.settings.samples = checkpoint.header.spp;
     if !command.log.quiet {
@@ -66,6 +67,7 @@ pub fn command(arguments: &ResumeArgs, header: &Header) -> Result<RenderArgs, Er
     };
     let at = |path: PathBuf| header.folder.join(path);
     command.job.scene = arguments.scene.clone().or(command.job.scene.map(at));
+    command.job.surroundings.in_folder(&header.folder);
     command.output = arguments.output.clone().unwrap_or_else(|| at(command.output.clone()));
     command.exposure = arguments.exposure.or(command.exposure);
     // The path of statistics is that of the new command; the caller checks the image's path.
@@ -127,13 +129,12 @@ pub fn merge(arguments: &MergeArgs) -> Result<ExitCode, Error> {
     if as_image {
         let mut image = sum.film.image();
         let command = render_command(&sum.header);
-        if command
-            .as_ref()
-            .is_some_and(|command| command.denoise.denoise.is_some() || !command.aov.is_empty())
-        {
+        if command.as_ref().is_some_and(|command| {
+            command.denoise.denoise.is_some() || !command.aov.is_empty() || command.background.hides_sky()
+        }) {
             eprint(
-                "warning: the image is not denoised and has no layers, although the render's command asks for \
-                 them; merge to a checkpoint and resume that for both",
+                "warning: the image is not denoised, has no layers and no background, although the render's \
+                 command asks for one of them; merge to a checkpoint and resume that",
             );
         }
         let exposed = exposure(arguments, command.as_ref()).of(&image, &arguments.output);

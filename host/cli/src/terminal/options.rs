@@ -4,9 +4,10 @@
 use std::borrow::Cow;
 
 /// Settings whose options have their names.
-const OPTIONS: [&str; 37] = [
+const OPTIONS: [&str; 39] = [
     "allow_outside",
     "aov",
+    "background",
     "backend",
     "block",
     "budget",
@@ -23,6 +24,7 @@ const OPTIONS: [&str; 37] = [
     "distribute",
     "exposure",
     "first",
+    "ground",
     "last",
     "math",
     "max_spp",

@@ -11,7 +11,7 @@ pub use conflict::{ConflictError, Outputs, check_stored};
 
 use crate::metrics::srgb;
 use crate::{Image, ImageError};
-use image::{ExtendedColorType, ImageBuffer, ImageFormat, Rgb};
+use image::{ExtendedColorType, ImageBuffer, ImageFormat, Rgb, Rgba};
 use rayon::prelude::*;
 use std::io::Cursor;
 use std::path::Path;
@@ -72,6 +72,30 @@ pub fn write(image: &Image, path: &Path) -> Result<(), ImageError> {
     let bytes = encode(image, Format::of(path)?)
         .map_err(|message| ImageError::Codec { path: path.to_owned(), message })?;
     write_atomic_or_in_place(path, &bytes).map_err(|source| ImageError::Io { path: path.to_owned(), source })
+}
+
+/// Writes a .png with alpha. `image` is multiplied by `alpha`, and the file is not, as its format
+/// says. Replaces an earlier file as [`write_file`] does.
+///
+/// # Errors
+///
+/// [`ImageError::NoAlpha`] for another extension, [`ImageError::Codec`] if pixels or alpha do not
+/// fill the image, [`ImageError::Io`] if the file cannot be written.
+pub fn write_transparent(image: &Image, alpha: &[f32], path: &Path) -> Result<(), ImageError> {
+    if Format::of(path)? != Format::Png {
+        return Err(ImageError::NoAlpha { path: path.to_owned() });
+    }
+    let codec = |message: String| ImageError::Codec { path: path.to_owned(), message };
+    let straight = |(pixel, &alpha): (&[f32; 3], &f32)| {
+        let [red, green, blue] = pixel.map(|c| srgb::encode_u8(if alpha > 0.0 { c / alpha } else { 0.0 }));
+        [red, green, blue, (255.0 * alpha.clamp(0.0, 1.0)).round() as u8]
+    };
+    let bytes: Vec<u8> = image.pixels.iter().zip(alpha).flat_map(straight).collect();
+    let buffer: ImageBuffer<Rgba<u8>, _> = ImageBuffer::from_raw(image.width, image.height, bytes)
+        .ok_or_else(|| codec("the pixels do not fill the image".to_owned()))?;
+    let mut file = Cursor::new(Vec::new());
+    buffer.write_to(&mut file, ImageFormat::Png).map_err(|error| codec(error.to_string()))?;
+    write_file(path, &file.into_inner())
 }
 
 /// Writes a .png from sRGB bytes, three per pixel.

@@ -7,7 +7,7 @@ use trisect::scene::description::{
     Description, Dielectric, Lambertian, Material, Metal, Shape, ShapeKind, Sky,
 };
 use trisect::scene::import::ModelOptions;
-use trisect::scene::{CameraPose, ImageSettings, Rebase, SceneDocument};
+use trisect::scene::{CameraPose, ImageSettings, Rebase, SceneDocument, Sharing, Surroundings};
 
 /// Maximum number of spheres of a scene.
 pub const MAX_COUNT: u32 = 10_000_000;
@@ -63,8 +63,16 @@ pub fn sphere_scene(count: u32) -> Result<SceneDocument, BenchError> {
     };
     let image = ImageSettings { width: 1280, height: 720, samples: 16, depth: 50, fresnel: Fresnel::Schlick };
     let (name, notes) = (format!("{count} spheres"), Vec::new());
-    let options = ModelOptions::default();
-    Ok(SceneDocument { name, description, image, space: Rebase::IDENTITY, notes, options })
+    Ok(SceneDocument {
+        name,
+        description,
+        image,
+        space: Rebase::IDENTITY,
+        notes,
+        options: ModelOptions::default(),
+        sharing: Sharing::Auto,
+        surroundings: Surroundings::default(),
+    })
 }
 
 /// Returns centre, radius and cell of at least `count` small spheres that do not touch the large

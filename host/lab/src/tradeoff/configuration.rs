@@ -98,6 +98,7 @@ impl Configuration {
             tile: _,
             sums: _,
             guides: _,
+            hidden_sky: _, // the lab shows the sky
             features: _,
         } = self.settings;
         (depth, fresnel) == (base.settings.depth, base.settings.fresnel)

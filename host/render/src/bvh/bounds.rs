@@ -1,9 +1,9 @@
 //! Bounding boxes of primitives.
 
-use glam::{Vec3, Vec3A};
+use glam::{DVec3, Vec3, Vec3A};
 use obvhs::Boundable;
 use obvhs::aabb::Aabb;
-use trisect_scene::Scene;
+use trisect_scene::{Scene, SharedInstance};
 use trisect_shared::math::unit_f32;
 use trisect_shared::planar::{DISC, Planar};
 use trisect_shared::rng::PathKey;
@@ -73,7 +73,7 @@ fn flat_bounds(flat: &Planar) -> Bounds {
     padded(low, corners.into_iter().fold(Vec3::NEG_INFINITY, Vec3::max))
 }
 
-fn triangle_bounds(t: &Triangle) -> Bounds {
+pub(super) fn triangle_bounds(t: &Triangle) -> Bounds {
     padded(t.a.min(t.b).min(t.c), t.a.max(t.b).max(t.c))
 }
 
@@ -87,12 +87,28 @@ pub(super) fn shifted(index: u32, bounds: &Bounds) -> Bounds {
     Bounds { min: bounds.min + shift, max: bounds.max + shift }
 }
 
-/// Returns one box for each primitive, in primitive order.
+/// Returns the box of an instance: that of the corners of its mesh's box, padded for the rounding of
+/// a ray's way into the mesh's coordinates, which is relative to the coordinates in the world.
+fn instance_bounds(scene: &Scene, instance: &SharedInstance) -> Bounds {
+    let corners = || scene.shared.corners(instance);
+    let low = corners().fold(DVec3::INFINITY, DVec3::min);
+    let high = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
+    let reach = low.abs().max(high.abs()) + (high - low).max_element();
+    let pad = reach * (INSTANCE_PADDING * f64::from(f32::EPSILON));
+    padded((low - pad).as_vec3(), (high + pad).as_vec3())
+}
+
+/// Padding of an instance's box, in ULP: 10 roundings of a map there and back, each of a sum of up
+/// to three coordinates.
+const INSTANCE_PADDING: f64 = 16.0;
+
+/// Returns one box for each primitive in the world, in primitive order, then for each instance.
 pub(super) fn bounds(scene: &Scene) -> Vec<Bounds> {
     let spheres = scene.spheres.iter().map(sphere_bounds);
     let flats = scene.flats.iter().map(flat_bounds);
     let triangles = scene.triangles.iter().map(triangle_bounds);
-    spheres.chain(flats).chain(triangles).collect()
+    let instances = scene.shared.instances.iter().map(|instance| instance_bounds(scene, instance));
+    spheres.chain(flats).chain(triangles).chain(instances).collect()
 }
 
 #[cfg(test)]

@@ -6,10 +6,12 @@
 
 mod balanced;
 mod bounds;
+mod instances;
 mod memory;
 mod padding;
 mod refit;
 mod tile_entries;
+mod triangles;
 mod wide;
 
 pub use refit::MAX_REFITTED_COST;
@@ -46,20 +48,30 @@ const MAX_HIGH_QUALITY_PRIMITIVES: usize = 100_000;
 /// BVH over the primitives of a scene.
 #[derive(Clone, Debug)]
 pub struct Bvh {
-    /// Inner nodes, parents before children.
+    /// Inner nodes, parents before children: those of the world, then of each shared mesh. Behind
+    /// them are the records of instances.
     pub nodes: Vec<BvhNode>,
     /// Root: a leaf for a scene with one primitive, [`Child::EMPTY`] for one with none.
     pub root: Child,
-    /// Number of levels of inner nodes, at most [`STACK_SIZE`].
+    /// Number of levels of inner nodes, at most [`STACK_SIZE`]; between the world and a shared mesh
+    /// there is a level more.
     pub depth: usize,
     /// Triangles of the scene as the leaves number them: in BVH order, so that neighbours in space
-    /// are neighbours in memory.
+    /// are neighbours in memory. Those of shared meshes follow those in the world.
     pub triangles: Vec<Triangle>,
     /// Shading data of each triangle, in the same order, then attributes of triangles in the
     /// scene's order, to which the shading data point.
     pub shading: Vec<TriangleShading>,
     /// Index in the scene of each triangle, in BVH order.
     pub order: Vec<u32>,
+    /// Roots of the trees of shared meshes.
+    pub mesh_roots: Vec<Child>,
+    /// Index in `nodes` of the first record of instances.
+    pub first_instance_node: usize,
+    /// Number of the first instance, among the leaves.
+    pub first_instance: usize,
+    /// Number of triangles in the world.
+    pub world_triangles: usize,
 }
 
 /// Minimum number of primitives for which the builder gets shifted boxes (see [`shifted`]).
@@ -92,10 +104,19 @@ impl Bvh {
     ///
     /// [`SceneError`] for a BVH that exceeds the memory, or that is broken.
     pub fn build(scene: &Scene, quality: Option<BvhQuality>) -> Result<Self, SceneError> {
-        let count = scene.spheres.len() + scene.flats.len() + scene.triangles.len();
+        let count = scene.primitives() + scene.shared.instances.len();
         memory::check(count, &scene.name, available)?;
-        let boxes = bounds(scene);
-        let mut bvh = match boxes.len() {
+        let broken = |message| SceneError::Inconsistent { file: scene.name.clone(), message };
+        let mut bvh = Self::over(&bounds(scene), quality).map_err(broken)?;
+        bvh.order_triangles(scene);
+        bvh.append_meshes(scene, quality).map_err(broken)?;
+        bvh.append_attributes(scene);
+        Ok(bvh)
+    }
+
+    /// Builds a tree over boxes, which stand for the primitives of the same numbers.
+    fn over(boxes: &[Bounds], quality: Option<BvhQuality>) -> Result<Self, String> {
+        let bvh = match boxes.len() {
             0 => return Ok(Self::leaf(Child::EMPTY)),
             1 => Self::leaf(Child::leaf(0)),
             count => {
@@ -107,22 +128,18 @@ impl Bvh {
                     BvhQuality::High => BvhBuildParams::very_slow_build(),
                 };
                 if count < MIN_SHIFTED_PRIMITIVES {
-                    Self::flatten(&build_tree(&boxes, &preset))
+                    Self::flatten(&build_tree(boxes, &preset))
                 } else {
                     let shifted: Vec<Bounds> =
-                        (0u32..).zip(&boxes).map(|(i, bounds)| shifted(i, bounds)).collect();
+                        (0u32..).zip(boxes).map(|(i, bounds)| shifted(i, bounds)).collect();
                     let mut bvh = Self::flatten(&build_tree(&shifted, &preset));
-                    bvh.refit(&boxes);
+                    bvh.refit(boxes);
                     bvh
                 }
             }
         };
-        if bvh.depth > STACK_SIZE {
-            bvh = balanced::build(&boxes);
-        }
-        bvh.validate(boxes.len())
-            .map_err(|message| SceneError::Inconsistent { file: scene.name.clone(), message })?;
-        bvh.order_triangles(scene);
+        let bvh = if bvh.depth > STACK_SIZE { balanced::build(boxes) } else { bvh };
+        bvh.validate(boxes.len())?;
         Ok(bvh)
     }
 
@@ -152,44 +169,11 @@ impl Bvh {
             triangles: Vec::new(),
             shading: Vec::new(),
             order: Vec::new(),
+            mesh_roots: Vec::new(),
+            first_instance_node: 0,
+            first_instance: 0,
+            world_triangles: 0,
         }
-    }
-
-    /// Numbers the triangles in the order of the nodes that refer to them.
-    fn order_triangles(&mut self, scene: &Scene) {
-        let first = scene.spheres.len() + scene.flats.len();
-        if self.nodes.is_empty() {
-            self.triangles = scene.triangles.clone();
-            self.shading = scene.shading.clone();
-            self.order = (0..scene.triangles.len() as u32).collect();
-            self.append_attributes(scene);
-            return;
-        }
-        self.triangles.reserve_exact(scene.triangles.len());
-        self.shading.reserve_exact(scene.triangles.len());
-        self.order.reserve_exact(scene.triangles.len());
-        for node in &mut self.nodes {
-            for child in [&mut node.first, &mut node.second] {
-                let index = Child(*child).index() as usize;
-                if Child(*child).is_leaf() && index >= first {
-                    *child = Child::leaf((first + self.triangles.len()) as u32).0;
-                    self.triangles.push(scene.triangles[index - first]);
-                    self.shading.push(scene.shading[index - first]);
-                    self.order.push((index - first) as u32);
-                }
-            }
-        }
-        self.append_attributes(scene);
-    }
-
-    /// Appends the attributes of triangles to the shading data.
-    fn append_attributes(&mut self, scene: &Scene) {
-        let before = self.shading.len() as u32;
-        for shading in &mut self.shading {
-            // The scene counts from 1; there is a record before the attributes.
-            shading.attributes = shading.attributes.checked_sub(1).map_or(0, |index| before + index);
-        }
-        self.shading.extend_from_slice(bytemuck::cast_slice(&scene.attributes));
     }
 
     /// Converts the builder's tree, depth-first, so that a subtree's nodes lie together.

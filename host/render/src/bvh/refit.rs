@@ -21,10 +21,11 @@ impl Bvh {
             size.x * size.y + size.y * size.z + size.z * size.x
         };
         // Number of primitives below each node, and the area of their boxes.
-        let mut below = vec![(0.0, 0.0); self.nodes.len()];
+        let nodes = self.inner_nodes();
+        let mut below = vec![(0.0, 0.0); nodes.len()];
         let mut sum = 0.0;
         // Children come after their parents.
-        for (index, node) in self.nodes.iter().enumerate().rev() {
+        for (index, node) in nodes.iter().enumerate().rev() {
             for (child, corners) in [node.first, node.second].into_iter().zip(node.boxes()) {
                 let (child, area) = (Child(child), area(corners));
                 let (count, primitives) = match child.is_leaf() {
@@ -38,17 +39,20 @@ impl Bvh {
                 below[index].1 += primitives;
             }
         }
-        sum / (self.nodes.len() + 1) as f64
+        sum / (nodes.len() + 1) as f64
     }
 
     /// Moves the primitives to where they are in `scene`, and gives all nodes new boxes, which are
     /// not padded for rays from anywhere. Returns `None`, and leaves the BVH in an unspecified
-    /// state, for a scene with another number of primitives of some kind.
+    /// state, for a scene with another number of primitives of some kind, or with shared meshes.
     ///
     /// # Errors
     ///
     /// [`SceneError`] for boxes that exceed the memory.
     pub fn moved(mut self, scene: &Scene) -> Result<Option<Self>, SceneError> {
+        if !self.mesh_roots.is_empty() || !scene.shared.instances.is_empty() {
+            return Ok(None);
+        }
         let first = scene.spheres.len() + scene.flats.len();
         let count = first + scene.triangles.len();
         let leaves =

@@ -31,6 +31,8 @@ struct CollapsePlan {
 pub struct Wide {
     /// Root of the tree: a node or a leaf.
     pub root: WideChild,
+    /// Root of the mesh of each instance, as a [`WideChild`] word.
+    pub instance_roots: Vec<u32>,
     /// Inner nodes, parents before children, depth-first.
     pub nodes: Vec<WideNode>,
     /// Leaves of spheres.
@@ -52,16 +54,17 @@ impl Wide {
     pub fn new(scene: &Scene, bvh: &Bvh) -> Result<Option<Self>, SceneError> {
         let builder = Builder::new(scene, bvh);
         let Some(wide) = builder.build() else { return Ok(None) };
-        let first = [scene.spheres.len(), scene.flats.len(), bvh.triangles.len()];
-        wide.validate(first)
+        let instances = scene.shared.instances.len();
+        let counts = [scene.spheres.len(), scene.flats.len(), bvh.triangles.len(), instances];
+        wide.validate(counts)
             .map_err(|message| SceneError::Inconsistent { file: scene.name.clone(), message })?;
         Ok(Some(wide))
     }
 
     /// Returns the tree as kernels get it.
     pub fn tree(&self) -> WideTree<'_> {
-        let Self { root, nodes, spheres, triangles } = self;
-        WideTree { root: *root, nodes, spheres, triangles }
+        let Self { root, instance_roots, nodes, spheres, triangles } = self;
+        WideTree { root: *root, instance_roots, nodes, spheres, triangles }
     }
 }
 
@@ -70,6 +73,7 @@ struct Builder<'a> {
     bvh: &'a Bvh,
     first_flat: u32,
     first_triangle: u32,
+    first_instance: u32,
     plans: Vec<CollapsePlan>,
     wide: Wide,
 }
@@ -93,9 +97,11 @@ impl<'a> Builder<'a> {
             bvh,
             first_flat,
             first_triangle: first_flat + scene.flats.len() as u32,
+            first_instance: bvh.first_instance as u32,
             plans: Vec::new(),
             wide: Wide {
                 root: WideChild::EMPTY,
+                instance_roots: Vec::new(),
                 nodes: Vec::new(),
                 spheres: Vec::new(),
                 triangles: Vec::new(),
@@ -104,7 +110,9 @@ impl<'a> Builder<'a> {
     }
 
     fn kind(&self, primitive: u32) -> LeafKind {
-        if primitive >= self.first_triangle {
+        if primitive >= self.first_instance {
+            LeafKind::Instance
+        } else if primitive >= self.first_triangle {
             LeafKind::Triangles
         } else if primitive >= self.first_flat {
             LeafKind::Planar
@@ -116,14 +124,19 @@ impl<'a> Builder<'a> {
     fn build(mut self) -> Option<Wide> {
         let bvh = self.bvh;
         let limit = WideChild::MAX_INDEX as usize;
-        if self.first_triangle as usize > limit || bvh.nodes.len() > limit || bvh.triangles.len() > limit {
+        let instances = self.scene.shared.instances.len();
+        let most = bvh.nodes.len().max(bvh.triangles.len()).max(instances);
+        if self.first_triangle as usize > limit || most > limit {
             return None;
         }
         if bvh.root == Child::EMPTY {
             return Some(self.wide);
         }
         self.plan();
-        self.emit();
+        self.wide.root = self.emit(bvh.root);
+        let mesh_roots: Vec<u32> = bvh.mesh_roots.iter().map(|&root| self.emit(root).0).collect();
+        let instances = &self.scene.shared.instances;
+        self.wide.instance_roots = instances.iter().map(|of| mesh_roots[of.mesh as usize]).collect();
         Some(self.wide)
     }
 
@@ -139,7 +152,7 @@ impl<'a> Builder<'a> {
 
     /// Computes the plans from the leaves up: children come after their parents.
     fn plan(&mut self) {
-        let nodes = &self.bvh.nodes;
+        let nodes = self.bvh.inner_nodes();
         let none = CollapsePlan { cost: [0.0; LANES - 1], first: [0; LANES - 1], count: 0, kind: None };
         self.plans = vec![none; nodes.len()];
         let root = nodes.first().map_or(1.0, |node| {
@@ -163,7 +176,8 @@ impl<'a> Builder<'a> {
             let kind = if a.kind == b.kind { a.kind } else { None };
             let count = (a.count + b.count).min(LANES as u8 + 1);
             let mut plan = CollapsePlan { count, kind, ..none };
-            let fits = usize::from(count) <= LANES && kind.is_some_and(|kind| kind != LeafKind::Planar);
+            let gathers = |kind| matches!(kind, LeafKind::Spheres | LeafKind::Triangles);
+            let fits = usize::from(count) <= LANES && kind.is_some_and(gathers);
             let (below, first) = share(LANES);
             let inner = area + below;
             (plan.cost[0], plan.first[0]) = if fits && area <= inner { (area, 0) } else { (inner, first) };
@@ -177,11 +191,12 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Makes the nodes and leaves, from the root down.
-    fn emit(&mut self) {
+    /// Makes the nodes and leaves, from `root` down. Returns what becomes of it.
+    fn emit(&mut self, root: Child) -> WideChild {
         // A child of the binary BVH that becomes one of the wide BVH, and the slot that waits for
         // it.
-        let mut pending = vec![(self.bvh.root, None::<(usize, usize)>)];
+        let mut pending = vec![(root, None::<(usize, usize)>)];
+        let mut emitted = WideChild::EMPTY;
         let mut list = Vec::with_capacity(LANES);
         while let Some((child, slot)) = pending.pop() {
             let is_node = !child.is_leaf() && self.plans[child.index() as usize].first[0] != 0;
@@ -189,7 +204,7 @@ impl<'a> Builder<'a> {
                 if is_node { WideChild::inner(self.wide.nodes.len() as u32) } else { self.leaf(child) };
             match slot {
                 Some((node, lane)) => self.wide.nodes[node].children.0[lane] = word.0,
-                None => self.wide.root = word,
+                None => emitted = word,
             }
             if is_node {
                 list.clear();
@@ -206,6 +221,7 @@ impl<'a> Builder<'a> {
                 );
             }
         }
+        emitted
     }
 
     /// Appends the trees that an inner node's subtree is divided into: `first` below its first
@@ -250,6 +266,7 @@ impl<'a> Builder<'a> {
         numbers.0[..primitives.len()].copy_from_slice(&primitives);
         let index = match kind {
             LeafKind::Planar => primitives[0] as usize,
+            LeafKind::Instance => (primitives[0] - self.first_instance) as usize,
             LeafKind::Spheres => {
                 let mut packet = SpherePacket { shape: [SimdRow([0.0; LANES]); 4], primitives: numbers };
                 for (lane, &primitive) in primitives.iter().enumerate() {

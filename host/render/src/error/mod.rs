@@ -103,7 +103,8 @@ impl Error {
             Self::Image(
                 ImageError::UnknownExtension { .. }
                 | ImageError::NoLayers { .. }
-                | ImageError::LayerTwice { .. },
+                | ImageError::LayerTwice { .. }
+                | ImageError::NoAlpha { .. },
             ) => 2,
             Self::Image(_) | Self::Metrics(_) | Self::Film(_) | Self::Checkpoint(_) | Self::Cancelled => 1,
         }

@@ -126,6 +126,11 @@ impl AovTotals {
         self.emission.map(|sum| sum.value() / (self.hits + self.misses) as f64)
     }
 
+    /// Returns the share of the samples that hit something; 0 without samples.
+    pub fn alpha(&self) -> f32 {
+        (self.hits as f64 / (self.hits + self.misses).max(1) as f64) as f32
+    }
+
     /// Returns the primitive that the first sample with a hit hits; `None` without hits.
     pub fn primitive(&self) -> Option<u32> {
         (self.primitive != NO_PRIMITIVE).then_some(self.primitive)

@@ -291,6 +291,11 @@ impl Film {
         Image { width: self.width, height: self.height, pixels }
     }
 
+    /// Returns the share of each pixel's camera rays that hit something; `None` without AOV totals.
+    pub fn alpha(&self) -> Option<Vec<f32>> {
+        (self.aovs.len() == self.pixels.len()).then(|| self.aovs.map(|aov| aov.alpha()))
+    }
+
     /// Returns the counts over all pixels.
     pub fn counts(&self) -> FilmCounts {
         self.pixels.counts(0..self.pixels.len())

@@ -125,10 +125,11 @@ impl<'a> ValidScene<'a> {
         ];
         let wide = match wide.map(Wide::tree) {
             None => None,
-            Some(WideTree { root, nodes, spheres, triangles }) => {
+            Some(WideTree { root, instance_roots, nodes, spheres, triangles }) => {
                 let mut old = |index: usize| old_wide[index].take();
+                let roots = [&[root.0], instance_roots].concat();
                 Some([
-                    upload(to, &[root.0], "the scene's wide BVH", old(0), other)?,
+                    upload(to, &roots, "the scene's wide BVH", old(0), other)?,
                     upload(to, nodes, "the scene's wide BVH", old(1), other)?,
                     upload(to, spheres, "the scene's packets of spheres", old(2), other)?,
                     upload(to, triangles, "the scene's packets of triangles", old(3), other)?,

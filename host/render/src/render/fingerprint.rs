@@ -42,6 +42,7 @@ impl Fingerprint {
             light_sampling,
             clamp,
             guides,
+            hidden_sky,
             // These decide only how the image is computed.
             traversal: _,
             schedule: _,
@@ -65,6 +66,7 @@ impl Fingerprint {
             ("light_sampling", Value::from(*light_sampling)),
             ("clamp", Value::from(*clamp)),
             ("guides", Value::from(*guides)),
+            ("hidden_sky", Value::from(*hidden_sky)),
             // The BVH decides which of two coincident surfaces is hit.
             ("bvh_quality", json!(quality)),
         ];

@@ -12,7 +12,7 @@ use trisect_scene::{CameraPose, Scene, SceneError};
 use trisect_shared::bvh::{BvhNode, Child};
 use trisect_shared::camera::Camera;
 use trisect_shared::features::{Features, PADDED_BOXES};
-use trisect_shared::params::{NO_CLAMP, RenderParams};
+use trisect_shared::params::{FLAG_HIDDEN_SKY, NO_CLAMP, RenderParams};
 use trisect_shared::tile_entry::NO_TILE_ENTRIES;
 
 /// Camera of a scene, and what launches and tile entries need to know of the scene.
@@ -30,8 +30,10 @@ pub(super) struct LaunchScene {
     pub quality: Option<BvhQuality>,
     /// CRC-32 of BVH and light table.
     structures_crc: u32,
-    /// Mesh instance of each triangle, in BVH order.
+    /// Mesh instance of each triangle in the world, in BVH order.
     instances: Arc<[u32]>,
+    /// Mesh instance of each instance of a shared mesh.
+    placed: Arc<[u32]>,
     /// Nodes of the BVH, from which tile entries are pruned.
     pub nodes: Arc<[BvhNode]>,
 }
@@ -68,7 +70,8 @@ impl LaunchScene {
             ray_origin_extent: padded_for.unwrap_or(Vec3::ZERO),
             quality,
             structures_crc: structures_crc(bvh, lights),
-            instances: bvh.triangles.iter().map(|triangle| triangle.instance).collect(),
+            instances: bvh.world_triangles().iter().map(|triangle| triangle.instance).collect(),
+            placed: scene.shared.instances.iter().map(|instance| instance.object).collect(),
             nodes: bvh.nodes.as_slice().into(),
         }
     }
@@ -118,8 +121,12 @@ impl LaunchScene {
         match primitive {
             None => 0,
             Some(shape) if shape < first => shape + 1,
-            Some(triangle) => {
-                self.instances.get((triangle - first) as usize).map_or(0, |instance| first + instance + 1)
+            Some(number) => {
+                let instance = match number.checked_sub(self.params.first_instance) {
+                    Some(placed) => self.placed.get(placed as usize),
+                    None => self.instances.get((number - first) as usize),
+                };
+                instance.map_or(0, |instance| first + instance + 1)
             }
         }
     }
@@ -171,13 +178,13 @@ impl LaunchScene {
             first_triangle,
             light_count: if sampled { self.params.lights } else { 0 },
             roulette_from: if settings.roulette { settings.roulette_depth } else { u32::MAX },
-            flags: 0,
+            flags: if settings.hidden_sky { FLAG_HIDDEN_SKY } else { 0 },
             environment_probability: if sampled { self.params.environment_probability } else { 0.0 },
             environment_width: self.params.environment_size.0,
             environment_height: self.params.environment_size.1,
             environment_cos: cosine as f32,
             environment_sin: sine as f32,
-            primitive_count: self.params.primitives,
+            primitive_count: self.params.world_primitives,
             max_lane_pixels: u32::MAX,
             first_tile_entry: NO_TILE_ENTRIES,
             tile_shift: 0,
@@ -185,6 +192,10 @@ impl LaunchScene {
             block_shift: 31,
             block_gap: 0,
             max_radiance: settings.clamp.unwrap_or(NO_CLAMP),
+            first_instance: self.params.first_instance,
+            instance_count: self.params.instances,
+            first_instance_node: self.params.first_instance_node,
+            pad: 0,
         }
     }
 }

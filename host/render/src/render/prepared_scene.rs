@@ -81,7 +81,7 @@ impl<'a> PreparedScene<'a> {
         let (scene, SceneTree { mut bvh, built_cost }) = (valid.get(), tree);
         let camera = camera::record(&scene.camera, 1, 1);
         let padded_for = bvh.pad_boxes(camera.origin, camera.lens_x.length());
-        let lights = Lights::new(scene, &bvh.triangles);
+        let lights = Lights::new(scene, bvh.world_triangles());
         let seconds = start.elapsed().as_secs_f64();
         let (wide, refitted) = (None, false);
         Self { scene: valid, quality, bvh, built_cost, refitted, wide, lights, padded_for, seconds }

@@ -44,7 +44,7 @@ fn folder(rest: &str) -> (TempDir, PathBuf) {
 }
 
 fn load(path: &Path) -> Result<AnimatedScene, SceneError> {
-    AnimatedScene::load(path, Includes::Below, &ModelOptions::default())
+    AnimatedScene::load(path, Includes::Below, &ModelOptions::default(), &Surroundings::default())
 }
 
 fn at(scene: &mut AnimatedScene, time: f64) -> Scene {
@@ -71,7 +71,7 @@ fn models_move_and_what_does_not_is_shared() {
     // Negative control: one that starts at the end has another camera.
     let (_other, path) = self::folder(ANIMATION);
     let options = ModelOptions { time: Some(2.0), ..ModelOptions::default() };
-    let mut late = AnimatedScene::load(&path, Includes::Below, &options).unwrap();
+    let mut late = AnimatedScene::load(&path, Includes::Below, &options, &Surroundings::default()).unwrap();
     assert_ne!(at(&mut late, 0.0).camera, start.camera);
 }
 

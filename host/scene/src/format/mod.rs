@@ -20,7 +20,8 @@ use super::camera::Camera;
 use super::error::SceneError;
 use super::light::PunctualLight;
 use super::material::surface::TextureRole;
-use super::values::{Angle, Colour, Count, Gain, some};
+use super::surroundings::PANORAMAS;
+use super::values::{Angle, Colour, Count, Gain, Length, Point, some};
 use name::unique_names;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
@@ -52,6 +53,9 @@ pub struct SceneFile<'a> {
     /// Radiance from infinity.
     #[serde(default, borrow)]
     pub sky: Sky<'a>,
+    /// Ground that catches shadows and fades out.
+    #[serde(default, deserialize_with = "some")]
+    pub ground: Option<Ground>,
     /// Reflectance model of dielectrics.
     #[serde(default)]
     pub fresnel: Fresnel,
@@ -127,6 +131,25 @@ pub enum Sky<'a> {
         #[serde(default = "default_rotation")]
         rotation: Angle,
     },
+    /// The built-in panorama of a studio.
+    Studio {
+        /// Factor on its radiance.
+        #[serde(default = "default_gain")]
+        scale: Gain,
+        /// Rotation about +y, in degrees, counter-clockwise seen from above.
+        #[serde(default = "default_rotation")]
+        rotation: Angle,
+    },
+}
+
+/// A ground that catches shadows and fades out.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Ground {
+    /// Centre of the disc in scene units.
+    pub center: Point,
+    /// Radius of what stands on it: the ground is opaque up to 1.5 times this length.
+    pub size: Length,
 }
 
 fn default_gain() -> Gain {
@@ -184,7 +207,7 @@ impl SceneFile<'_> {
     fn check_names(&self) -> Result<(), SceneError> {
         let source = self.source;
         if let Sky::Image { file, .. } = &self.sky {
-            source.check_extension(file, &["hdr", "exr", "pfm"], "a panorama")?;
+            source.check_extension(file, &PANORAMAS, "a panorama")?;
         }
         let textures = Index::new(&self.textures);
         for (_, material) in &self.materials {

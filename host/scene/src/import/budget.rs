@@ -17,8 +17,9 @@ const DECOMPRESSED: u64 = 16;
 /// many parts take few bytes in a file.
 const BASE: u64 = 64 << 20;
 
-/// Maximum number of triangles in the world, where each instance of a mesh counts.
-const TRIANGLES: u64 = 1 << 30;
+/// Maximum number of triangles in the world, where each instance of a mesh counts. Those that share
+/// no mesh must fit the memory, too.
+const TRIANGLES: u64 = 1 << 40;
 
 /// Requests up to this size are granted without asking the system for its free memory.
 const SMALL: u64 = 16 << 20;
@@ -118,6 +119,16 @@ pub(super) fn fits(bytes: u64, site: &SourceLocation) -> Result<(), SceneError> 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Triangles are counted with each instance, up to 2^40.
+    #[test]
+    fn too_many_triangles_are_refused() {
+        let site = SourceLocation::new("test", "nodes[0]");
+        let mut budget = Budget::new(1000);
+        assert!((0..1024).all(|_| budget.place(1 << 30, &site).is_ok()));
+        let error = budget.place(1, &site).unwrap_err().to_string();
+        assert!(error.contains("too many triangles") && error.contains("1099511627776"), "{error}");
+    }
 
     /// Data that many views name extends the budget as often as the files are long, not as often as
     /// it is named.

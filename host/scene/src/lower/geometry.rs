@@ -1,25 +1,26 @@
-//! Lowers shapes, and bakes mesh instances into world space.
+//! Lowers shapes and meshes. An instance shares its mesh, or its triangles are baked into world
+//! space, as `sharing` decides.
 //!
 //! Baking takes 112 bytes and a BVH node of 64 bytes for each triangle of each instance; traversal
 //! then needs no transforms.
 
 use super::super::description::{Description, Instance, Mesh, Shape, ShapeKind};
+use super::super::limits::MAX_VERTEX;
 use super::super::memory_budget::MemoryBudget;
+use super::super::shared_meshes::{SharedMeshes, Sharing};
 use super::super::values::MAX_MAGNITUDE;
+use super::sharing;
 use super::tangents::{self, CornerTangents};
 use super::texture::texel;
 use super::unit;
-use glam::{DMat3, DVec3, Vec3};
-use std::collections::{BTreeSet, HashMap};
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+use std::collections::hash_map::Entry;
+use std::collections::{BTreeSet, HashMap, HashSet};
 use trisect_shared::attributes::{TriangleAttributes, encode_tangent};
 use trisect_shared::planar::{DISC, Planar, QUAD};
 use trisect_shared::sphere::Sphere;
 use trisect_shared::texture::Texel;
 use trisect_shared::triangle::{Triangle, TriangleShading};
-
-/// Maximum coordinate of a vertex: products of three coordinates, which the triangle test computes,
-/// stay finite in f32.
-const MAX_VERTEX: f64 = 1e12;
 
 #[derive(Default)]
 pub(super) struct Geometry {
@@ -27,11 +28,12 @@ pub(super) struct Geometry {
     pub flats: Vec<Planar>,
     pub triangles: Vec<Triangle>,
     pub shading: Vec<TriangleShading>,
+    pub shared: SharedMeshes,
     pub attributes: Vec<TriangleAttributes>,
     pub warnings: Vec<String>,
 }
 
-pub(super) fn lower(description: &Description) -> Result<Geometry, String> {
+pub(super) fn lower(description: &Description, sharing: Sharing) -> Result<Geometry, String> {
     let mut geometry = Geometry::default();
     let mut unmapped = BTreeSet::new();
     for shape in &description.shapes {
@@ -45,9 +47,11 @@ pub(super) fn lower(description: &Description) -> Result<Geometry, String> {
         )
     };
     geometry.warnings.extend(unmapped.into_iter().map(warning));
-    check_memory(description)?;
+    check_memory(description, sharing)?;
     let mut tangents = HashMap::new();
-    for (number, instance) in (0..).zip(&description.instances) {
+    let mut shared = HashMap::new();
+    let shares = sharing::shared(description, sharing);
+    for ((number, instance), shares) in (0..).zip(&description.instances).zip(shares) {
         let mesh = mesh(description, instance)?;
         let material = description.materials.get(mesh.material).filter(|material| material.needs_tangents());
         let tangents = material.map(|material| {
@@ -55,7 +59,18 @@ pub(super) fn lower(description: &Description) -> Result<Geometry, String> {
             let uvs = if second { &mesh.second_uvs } else { &mesh.uvs };
             &*tangents.entry(instance.mesh).or_insert_with(|| tangents::tangents(mesh, uvs))
         });
-        geometry.mesh(mesh, tangents, instance, number)?;
+        if shares {
+            let index = match shared.entry(instance.mesh) {
+                Entry::Occupied(index) => *index.get(),
+                Entry::Vacant(place) => *place.insert(geometry.share(mesh, tangents)?),
+            };
+            // Without a triangle that has an area there is nothing to place.
+            if let Some(mesh) = index {
+                geometry.place(mesh, &instance.transform, number)?;
+            }
+        } else {
+            geometry.mesh(mesh, tangents, &instance.transform, number)?;
+        }
     }
     Ok(geometry)
 }
@@ -70,10 +85,15 @@ fn mesh<'a>(description: &'a Description, instance: &Instance) -> Result<&'a Mes
 
 /// Checks that there is memory for all triangles. This comes before the triangles are read, which
 /// may take long.
-pub(crate) fn check_memory(description: &Description) -> Result<(), String> {
+pub(crate) fn check_memory(description: &Description, sharing: Sharing) -> Result<(), String> {
     let mut room = MemoryBudget::default();
-    description.instances.iter().try_for_each(|instance| {
+    let mut counted = HashSet::new();
+    let shares = sharing::shared(description, sharing);
+    description.instances.iter().zip(shares).try_for_each(|(instance, shares)| {
         let mesh = mesh(description, instance)?;
+        if shares && !counted.insert(instance.mesh) {
+            return Ok(());
+        }
         let material = description.materials.get(mesh.material);
         let has_tangents = material.is_some_and(|material| material.needs_tangents());
         room.place(mesh, has_tangents || mesh.has_attributes())
@@ -100,21 +120,21 @@ impl Geometry {
         }
     }
 
-    /// Adds an instance of a mesh, with the tangents of its corners if a normal map needs them.
-    fn mesh(
+    /// Bakes an instance of a mesh, with the tangents of its corners if a normal map needs them.
+    pub(super) fn mesh(
         &mut self,
         mesh: &Mesh,
         tangents: Option<&CornerTangents>,
-        instance: &Instance,
+        transform: &DAffine3,
         number: u32,
     ) -> Result<(), String> {
-        let matrix = instance.transform.matrix3;
+        let matrix = transform.matrix3;
         let mirrored = matrix.determinant() < 0.0;
         let turn_normals = normal_matrix(matrix);
         let mut positions = Vec::with_capacity(mesh.positions.len());
         for (i, p) in mesh.positions.iter().enumerate() {
-            let world = instance.transform.transform_point3(Vec3::from(*p).as_dvec3());
-            if !world.is_finite() || world.abs().max_element() > MAX_VERTEX {
+            let world = transform.transform_point3(Vec3::from(*p).as_dvec3());
+            if !is_in_reach(world) {
                 return Err(format!(
                     "mesh \"{}\": vertex {i} is at {world} in the world; coordinates must be at most {MAX_VERTEX:e}",
                     mesh.name
@@ -206,6 +226,11 @@ impl Geometry {
     }
 }
 
+/// Returns whether the triangle test can compute with a vertex.
+pub(super) fn is_in_reach(vertex: DVec3) -> bool {
+    vertex.is_finite() && vertex.abs().max_element() <= MAX_VERTEX
+}
+
 /// Returns a tangent in the world, encoded. A mirroring transform turns the bitangent, which the
 /// cross product of the world's normal and tangent does not.
 fn encoded([x, y, z, handedness]: [f32; 4], matrix: DMat3, mirrored: bool) -> u32 {
@@ -281,8 +306,8 @@ mod tests {
             [(DVec3::ONE, 1.0), (DVec3::new(-1.0, 1.0, 1.0), 1.0), (DVec3::new(1.0, 1.0, -2.0), -1.0)]
         {
             let mut g = Geometry::default();
-            let transform = glam::DAffine3::from_scale(scale);
-            g.mesh(&mesh, None, &Instance { mesh: 0, transform }, 3).unwrap();
+            let transform = DAffine3::from_scale(scale);
+            g.mesh(&mesh, None, &transform, 3).unwrap();
             assert_eq!(g.triangles[0].instance, 3);
             assert_eq!((g.triangles.len(), g.warnings.len()), (1, 1));
             let n = g.triangles[0].normal().normalize();

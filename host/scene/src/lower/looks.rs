@@ -39,14 +39,15 @@ impl Looks {
     ///
     /// A message that names the material or the sky.
     pub fn of(description: &Description) -> Result<Self, String> {
-        let (sky, environment) = match &description.sky {
-            None => (uniform(Vec3::ZERO), None),
+        let sky = match &description.sky {
             Some(Sky::Gradient { bottom, top }) => {
-                (sky::Sky { bottom: bottom.as_vec3(), pad0: 0, top: top.as_vec3(), pad1: 0 }, None)
+                sky::Sky { bottom: bottom.as_vec3(), pad0: 0, top: top.as_vec3(), pad1: 0 }
             }
-            Some(Sky::Image { image, scale, rotation }) => {
-                (uniform(Vec3::ZERO), Some(environment::lower(image, *scale, *rotation)?))
-            }
+            _ => uniform(Vec3::ZERO),
+        };
+        let environment = match description.sky.as_ref().and_then(Sky::panorama) {
+            Some((image, scale, rotation)) => Some(environment::lower(image, scale, rotation)?),
+            None => None,
         };
         let mut textures = texture::Packer::default();
         let mut layers = Vec::new();
@@ -99,6 +100,10 @@ fn is_same_sky(a: Option<&Sky>, b: Option<&Sky>) -> bool {
             Some(Sky::Image { image, scale, rotation }),
             Some(Sky::Image { image: other_image, scale: other_scale, rotation: other_rotation }),
         ) => Arc::ptr_eq(image, other_image) && (scale, rotation) == (other_scale, other_rotation),
+        (
+            Some(Sky::Studio { scale, rotation }),
+            Some(Sky::Studio { scale: other_scale, rotation: other_rotation }),
+        ) => (scale, rotation) == (other_scale, other_rotation),
         _ => false,
     }
 }

@@ -3,19 +3,23 @@
 
 mod environment;
 mod geometry;
+mod ground;
 mod looks;
 mod material;
+mod shared;
+mod sharing;
 mod tangents;
 mod texture;
 
 pub(super) use geometry::check_memory;
+pub(super) use ground::place as place_ground;
 pub(super) use looks::Looks;
 
 use super::ImageSettings;
 use super::description::{Description, PunctualLight};
 use super::error::SceneError;
 use super::values::{MAX_MAGNITUDE, MIN_MAGNITUDE};
-use super::{CameraPose, Scene};
+use super::{CameraPose, Scene, Sharing};
 use glam::{DVec3, Vec3};
 use trisect_shared::sky::Sky;
 
@@ -26,6 +30,7 @@ pub(super) fn lower(
     description: &Description,
     image: &ImageSettings,
     name: &str,
+    sharing: Sharing,
     looks: &mut Option<Looks>,
 ) -> Result<Scene, SceneError> {
     let inconsistent = |message: String| SceneError::Inconsistent { file: name.to_owned(), message };
@@ -37,7 +42,7 @@ pub(super) fn lower(
         Some(known) => known,
         None => Looks::of(description).map_err(inconsistent)?,
     };
-    let geometry = geometry::lower(description).map_err(inconsistent)?;
+    let geometry = geometry::lower(description, sharing).map_err(inconsistent)?;
     let mut warnings = description.warnings.clone();
     warnings.extend(geometry.warnings);
     let mut scene = Scene {
@@ -49,6 +54,7 @@ pub(super) fn lower(
         flats: geometry.flats,
         triangles: geometry.triangles,
         shading: geometry.shading,
+        shared: geometry.shared,
         attributes: geometry.attributes,
         materials: Vec::new(),
         layers: Vec::new(),
@@ -64,6 +70,7 @@ pub(super) fn lower(
     Ok(scene)
 }
 
+/// Returns a sky of the same radiance from everywhere.
 fn uniform(radiance: Vec3) -> Sky {
     Sky { bottom: radiance, pad0: 0, top: radiance, pad1: 0 }
 }

@@ -1,6 +1,7 @@
 //! Distances from a point to shapes, in f64, for the rule on lights near surfaces.
 
-use crate::description::{Description, ShapeKind};
+use crate::description::{Description, Instance, ShapeKind};
+use crate::mesh_boxes::MeshBoxes;
 use glam::{DVec3, Vec3};
 
 fn to_segment(point: DVec3, a: DVec3, b: DVec3) -> f64 {
@@ -39,11 +40,32 @@ pub(super) fn to_shape(point: DVec3, kind: &ShapeKind) -> f64 {
     }
 }
 
+/// Returns a lower bound of the distance to an instance: that to the ball around its box.
+fn to_box(point: DVec3, boxes: &MeshBoxes, instance: &Instance) -> f64 {
+    let (sum, count) =
+        boxes.corners(instance).fold((DVec3::ZERO, 0.0), |(sum, count), p| (sum + p, count + 1.0));
+    if count == 0.0 {
+        return f64::INFINITY;
+    }
+    let center = sum / count;
+    let radius = boxes.corners(instance).map(|corner| corner.distance(center)).fold(0.0, f64::max);
+    // Less by what rounding may add to the radius.
+    (point.distance(center) - radius * (1.0 + 1e-9)).max(0.0)
+}
+
 /// Returns the distance to the nearest surface of the scene; infinity if the scene is empty.
 pub(super) fn to_scene(point: DVec3, scene: &Description) -> f64 {
     let mut least =
         scene.shapes.iter().map(|shape| to_shape(point, &shape.kind)).fold(f64::INFINITY, f64::min);
-    for instance in &scene.instances {
+    // Nearest boxes first, until no box is nearer than the nearest surface.
+    let boxes = MeshBoxes::of(scene);
+    let mut instances: Vec<(f64, &Instance)> =
+        scene.instances.iter().map(|of| (to_box(point, &boxes, of), of)).collect();
+    instances.sort_by(|a, b| a.0.total_cmp(&b.0));
+    for (bound, instance) in instances {
+        if bound >= least {
+            break;
+        }
         let Some(mesh) = scene.meshes.get(instance.mesh) else { continue };
         let world = |corner: u32| {
             let position = mesh.positions.get(corner as usize)?;

@@ -1,8 +1,9 @@
 //! Extent of a scene, and the space that suits it.
 
 use crate::description::{Description, ShapeKind};
+use crate::mesh_boxes::{self, MeshBoxes};
 use crate::{Rebase, triple};
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use serde::{Serialize, Serializer};
 
 /// A shape more than this many times as large as the median one is surroundings (ground, distant
@@ -69,10 +70,9 @@ impl Extent {
     pub fn of(scene: &Description) -> Self {
         let mut all: Vec<Bounds> =
             scene.shapes.iter().filter(|s| !s.kind.is_plane()).map(|s| shape(&s.kind)).collect();
+        let (boxes, is_large) = (MeshBoxes::of(scene), mesh_boxes::is_large(scene));
         for instance in &scene.instances {
-            let Some(mesh) = scene.meshes.get(instance.mesh) else { continue };
-            let world = |p: &[f32; 3]| instance.transform.transform_point3(Vec3::from(*p).as_dvec3());
-            all.push(Bounds::of(mesh.positions.iter().map(world)));
+            all.push(Bounds::of(boxes.points(scene, instance, is_large)));
         }
         all.retain(|bounds| bounds.0.is_finite() && bounds.1.is_finite());
         let eye = scene.cameras.first().map(|(_, camera)| camera.look_from);

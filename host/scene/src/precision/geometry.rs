@@ -8,6 +8,7 @@
 use super::finding::{Finding, Limit, Predicted, Severity, Supported, Triangles, Unit};
 use super::{RELATIVE, ROUNDING};
 use crate::description::ShapeKind;
+use crate::mesh_boxes;
 use crate::part_names as names;
 use crate::{Rebase, SceneDocument};
 use glam::{DVec3, Vec3};
@@ -85,7 +86,7 @@ pub(super) fn check(scene: &SceneDocument, found: &mut Vec<Finding>) {
     }
     let first = found.len();
     let mut touched = AffectedTriangles::default();
-    for index in 0..description.instances.len() {
+    for index in mesh_boxes::examined(description) {
         mesh(scene, index, &mut touched, found);
     }
     for finding in found.iter_mut().skip(first) {

@@ -8,7 +8,7 @@
 use super::finding::{Finding, Limit, Predicted, Severity, Supported, Unit};
 use super::{ROUNDING, closest, geometry};
 use crate::SceneDocument;
-use crate::description::{PunctualLight, Sky};
+use crate::description::PunctualLight;
 use crate::part_names as names;
 use std::f64::consts::PI;
 use trisect_shared::film::CHUNK_SAMPLES;
@@ -49,16 +49,6 @@ fn bright(what: String, quantity: &'static str, radiance: f64, remedy: &'static 
     })
 }
 
-/// Returns the maximum radiance of the sky.
-fn sky(sky: &Sky) -> f64 {
-    match sky {
-        Sky::Gradient { bottom, top } => bottom.max(*top).max_element(),
-        Sky::Image { image, scale, .. } => {
-            f64::from(image.pixels.iter().flatten().fold(0.0f32, |most, &c| most.max(c))) * scale
-        }
-    }
-}
-
 pub(super) fn check(scene: &SceneDocument, found: &mut Vec<Finding>) {
     const EMITTED: &str = "emitted radiance";
     let description = &scene.description;
@@ -74,7 +64,7 @@ pub(super) fn check(scene: &SceneDocument, found: &mut Vec<Finding>) {
         found.extend(bright(what(), EMITTED, radiance, BRIGHT));
     }
     if let Some(from) = &description.sky {
-        let radiance = sky(from);
+        let radiance = from.max_radiance();
         see(radiance, &|| "sky".to_owned());
         found.extend(bright("sky".to_owned(), EMITTED, radiance, BRIGHT));
     }

@@ -1,10 +1,12 @@
 //! Writes a copy of a scene file with another `space` or camera. Used by `trisect check --write`
 //! and by the viewer.
 
+use crate::description::{Ground, PunctualLight, Sky};
 use crate::import::ModelOptions;
 use crate::values::point_text;
 use crate::{
-    CameraPose, Rebase, SceneDocument, SceneError, camera_value, insert_camera, insert_space, is_model,
+    CameraPose, Rebase, SceneDocument, SceneError, Surroundings, camera_value, insert_camera, insert_space,
+    is_model,
 };
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -28,11 +30,20 @@ pub enum WriteError {
     },
     /// The copy would lose choices of the command line.
     #[error(
-        "{}: the copy would not have --time, --animation and --material-variant; write them into the scene's Mesh objects",
+        "{}: the copy would not have --time, --animation and --material-variant, nor --env, --sun and --ground; write them into the scene's Mesh objects and its fields sky, lights and ground",
         path.display()
     )]
     Options {
         /// Path of the scene.
+        path: PathBuf,
+    },
+    /// The copy would lose the panorama of the command line.
+    #[error(
+        "{}: the copy would not have the panorama of --env; leave it out, and write it into the copy as `sky: Image(file: …)`",
+        path.display()
+    )]
+    Environment {
+        /// Path of the model.
         path: PathBuf,
     },
     /// The copy would replace the original.
@@ -104,7 +115,7 @@ pub fn write(from: &Path, scene: &SceneDocument, change: Change, to: &Path) -> R
     let (text, names_files) = if is_model(from) {
         (around_model(from, scene, change)?, true)
     } else {
-        if scene.options != ModelOptions::default() {
+        if scene.options != ModelOptions::default() || scene.surroundings != Surroundings::default() {
             return Err(WriteError::Options { path: from.to_owned() });
         }
         let text = input::read_text(from).map_err(io(from))?;
@@ -132,14 +143,39 @@ fn choices(options: &ModelOptions) -> String {
     text
 }
 
+/// Returns the fields of the sky, the ground and the sun that the model was given; `None` for a
+/// panorama, whose file may be in another folder.
+fn surroundings(scene: &SceneDocument) -> Option<String> {
+    let mut text = match &scene.description.sky {
+        None => String::new(),
+        Some(Sky::Gradient { bottom, top }) => {
+            format!("    sky: Gradient(bottom: {}, top: {}),\n", point_text(*bottom), point_text(*top))
+        }
+        Some(Sky::Studio { scale, rotation }) => {
+            format!("    sky: Studio(scale: {scale:?}, rotation: {:?}),\n", rotation.to_degrees())
+        }
+        Some(Sky::Image { .. }) => return None,
+    };
+    if let Some(Ground { center, size }) = scene.description.ground {
+        text += &format!("    ground: (center: {}, size: {size:?}),\n", point_text(center));
+    }
+    if let Some(PunctualLight::Directional { direction, irradiance }) =
+        scene.surroundings.sun.map(|sun| sun.light())
+    {
+        let (direction, irradiance) = (point_text(direction), point_text(irradiance));
+        text += &format!("    lights: [Directional(direction: {direction}, irradiance: {irradiance})],\n");
+    }
+    Some(text)
+}
+
 /// Returns the value of the field `space`. Rust's debug format of an f64 reads back to the same
 /// bits.
 fn field(space: Rebase) -> String {
     format!("(origin: {}, scale: {:?})", point_text(space.origin), space.scale)
 }
 
-/// Returns the text of a scene file that contains the model, and the camera and sky that the model
-/// lacks.
+/// Returns the text of a scene file that contains the model, and the camera, sky, sun and ground
+/// that the model was given.
 fn around_model(from: &Path, scene: &SceneDocument, change: Change) -> Result<String, WriteError> {
     let Some(name) = from.file_name().and_then(|name| name.to_str()) else {
         return Err(WriteError::Name { path: from.to_owned() });
@@ -163,9 +199,7 @@ fn around_model(from: &Path, scene: &SceneDocument, change: Change) -> Result<St
     if let Some(camera) = camera {
         text += &format!("    camera: {},\n", camera_value(&camera));
     }
-    if let Some(crate::description::Sky::Gradient { bottom, top }) = &scene.description.sky {
-        text += &format!("    sky: Gradient(bottom: {}, top: {}),\n", point_text(*bottom), point_text(*top));
-    }
+    text += &surroundings(scene).ok_or_else(|| WriteError::Environment { path: from.to_owned() })?;
     let name = name.escape_default();
     let options = choices(&scene.options);
     text += &format!("    materials: {{}},\n    objects: [Mesh(file: \"{name}\"{options})],\n)\n");

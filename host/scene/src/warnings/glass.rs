@@ -5,9 +5,11 @@
 //! objects inside glass that no light reaches. The search is rough: meshes are their boxes, and
 //! objects between light and glass are ignored.
 
-use crate::description::{Alpha, Description, Instance, Mesh, PunctualLight, ShapeKind};
+use crate::description::{Alpha, Description, Instance, PunctualLight, ShapeKind};
+use crate::mesh_boxes;
 use crate::part_names as names;
-use glam::{DMat3, DVec3, Vec3};
+use glam::{DMat3, DVec3};
+use std::collections::HashMap;
 
 /// Maximum numbers of lights, pieces of glass and other objects that are examined.
 const MAX_LIGHTS: usize = 16;
@@ -53,11 +55,8 @@ impl Form {
         }
     }
 
-    /// Returns the box around a mesh in the world.
-    fn of_mesh(mesh: &Mesh, instance: &Instance) -> Self {
-        let points = mesh.positions.iter().map(|&p| Vec3::from(p).as_dvec3());
-        let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let (low, high) = points.fold(start, |(low, high), p| (low.min(p), high.max(p)));
+    /// Returns the box around a mesh in the world; `low` and `high` are that in its coordinates.
+    fn of_mesh((low, high): (DVec3, DVec3), instance: &Instance) -> Self {
         let matrix = instance.transform.matrix3;
         let size = (high - low).max(DVec3::ZERO);
         let size = size.max(DVec3::splat(FLAT * size.max_element()));
@@ -195,9 +194,11 @@ fn sort(scene: &Description) -> (Vec<(String, Form)>, Vec<Form>) {
         let form = if sides.len() > 1 { Form::of_sides(&sides) } else { None };
         glass.push((names::shape(scene, index, shape), form.unwrap_or(Form::of_shape(&shape.kind))));
     }
+    let mut boxes = HashMap::new();
     for (index, instance) in scene.instances.iter().enumerate() {
         let Some(mesh) = scene.meshes.get(instance.mesh) else { continue };
-        let form = Form::of_mesh(mesh, instance);
+        let bounds = boxes.entry(instance.mesh).or_insert_with(|| mesh_boxes::of_mesh(mesh));
+        let form = Form::of_mesh(*bounds, instance);
         if is_glass(mesh.material) {
             glass.push((names::instance(scene, index), form));
         } else {

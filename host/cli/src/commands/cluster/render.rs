@@ -156,7 +156,7 @@ fn adjustment(
     let resumed = before.map(|before| (before.header.spp, before.aovs));
     move |settings, device| {
         let denoise = own.denoise.denoise()?;
-        settings.guides = single::needs_aovs(&own, denoise.as_ref());
+        single::adapt(settings, &own, denoise.as_ref());
         if let Some((spp, guides)) = resumed {
             (settings.samples, settings.guides) = (spp, guides);
         }

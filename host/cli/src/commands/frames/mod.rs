@@ -78,7 +78,7 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     let of_start = arguments.job.model.time.unwrap_or(0.0);
     let time = |frame: u32| of_start + f64::from(frame) / arguments.motion.fps();
     let mut stage = Stage::open(job_arguments, &arguments.checkpointing, outputs, option, time(first))?;
-    stage.session.settings.guides = single::needs_aovs(arguments, denoise.as_ref());
+    single::adapt(&mut stage.session.settings, arguments, denoise.as_ref());
     if !arguments.log.quiet {
         announce(&stage.session, &aim(arguments, &goal_text(&stage.session, request.as_ref())));
     }

@@ -42,7 +42,9 @@ impl Stage {
         let start = Instant::now();
         let path = job.scene.as_ref().ok_or(MotionError::BuiltIn { option })?;
         outputs.check_inputs("the scene", &job.scene)?;
-        let mut animated = AnimatedScene::load(path, job.includes.includes(), &job.model.options())?;
+        let (includes, surroundings) = (job.includes.includes(), job.surroundings.surroundings());
+        let mut animated = AnimatedScene::load(path, includes, &job.model.options(), &surroundings)?;
+        animated.sharing = job.instances.into();
         let document = animated.document(time)?;
         let loaded = Loaded::of_document(&job, &outputs, document, start, |of| animated.lower(of))?;
         loaded.warn();

@@ -4,7 +4,7 @@ use super::*;
 use trisect_shared::bvh::STACK_SIZE;
 
 /// Returns the BVH of 20 spheres, one quad and 60 triangles, with these counts.
-fn tree() -> (Wide, [usize; 3]) {
+fn tree() -> (Wide, [usize; 4]) {
     let scene = Scene::hello_world().unwrap();
     let mut mixed = scene.clone();
     mixed.spheres = (0..20u8)
@@ -24,7 +24,7 @@ fn tree() -> (Wide, [usize; 3]) {
         .collect();
     mixed.shading = vec![bytemuck::Zeroable::zeroed(); 60];
     let bvh = Bvh::build(&mixed, None).unwrap();
-    (Wide::new(&mixed, &bvh).unwrap().unwrap(), [20, 1, 60])
+    (Wide::new(&mixed, &bvh).unwrap().unwrap(), [20, 1, 60, 0])
 }
 
 /// Returns node and lane of the first child for which `what` is true.
@@ -90,8 +90,8 @@ fn negative_control_each_broken_tree_is_refused() {
         })
         .collect();
     (wide.spheres, wide.triangles) = (Vec::new(), Vec::new());
-    assert!(wide.validate([0; 3]).is_err_and(|message| message.contains("levels")));
+    assert!(wide.validate([0; 4]).is_err_and(|message| message.contains("levels")));
     wide.nodes.remove(0);
     wide.nodes.iter_mut().take(STACK_SIZE - 1).for_each(|node| node.children.0[0] -= 1);
-    assert_eq!(wide.validate([0; 3]), Ok(()));
+    assert_eq!(wide.validate([0; 4]), Ok(()));
 }

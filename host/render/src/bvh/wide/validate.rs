@@ -1,6 +1,7 @@
 //! Validation of a wide BVH, on which the traversal relies.
 
 use super::Wide;
+use std::collections::BTreeSet;
 use trisect_shared::bvh::STACK_SIZE;
 use trisect_shared::simd::LANES;
 use trisect_shared::wide::{LeafKind, WideChild};
@@ -8,10 +9,12 @@ use trisect_shared::wide::{LeafKind, WideChild};
 impl Wide {
     /// Checks what [`trisect_shared::buffer`] requires: indices in range; each node, packet and
     /// primitive reached once; primitives of their leaf's kind; depth within the traversal stack.
-    /// `counts` has the numbers of spheres, of quads and discs, and of triangles.
-    pub(super) fn validate(&self, counts: [usize; 3]) -> Result<(), String> {
+    /// `counts` has the numbers of spheres, of quads and discs, of triangles, and of instances. A
+    /// shared mesh is reached from its first instance.
+    pub(super) fn validate(&self, counts: [usize; 4]) -> Result<(), String> {
         let mut seen = Visited {
-            primitives: vec![false; counts.iter().sum()],
+            primitives: vec![false; counts[..3].iter().sum()],
+            instances: vec![false; counts[3]],
             nodes: vec![false; self.nodes.len()],
             spheres: vec![false; self.spheres.len()],
             triangles: vec![false; self.triangles.len()],
@@ -21,6 +24,17 @@ impl Wide {
         let mut levels = vec![0u8; self.nodes.len()];
         if self.root != WideChild::EMPTY {
             self.visit(self.root, None, counts, &mut seen).ok_or_else(|| broken(self.root))?;
+        }
+        if self.instance_roots.len() != counts[3] {
+            return Err(format!(
+                "the wide BVH has {} roots of {} instances; please report this scene",
+                self.instance_roots.len(),
+                counts[3]
+            ));
+        }
+        let meshes: BTreeSet<u32> = self.instance_roots.iter().copied().collect();
+        for root in meshes.into_iter().map(WideChild) {
+            self.visit(root, None, counts, &mut seen).ok_or_else(|| broken(root))?;
         }
         for (index, node) in self.nodes.iter().enumerate() {
             let level = levels[index] + 1;
@@ -51,8 +65,9 @@ impl Wide {
                 return Err(format!("node {index} of the wide BVH omits a child; please report this scene"));
             }
         }
-        let Visited { primitives, nodes, spheres, triangles } = seen;
-        if primitives.into_iter().chain(nodes).chain(spheres).chain(triangles).all(|seen| seen) {
+        let Visited { primitives, instances, nodes, spheres, triangles } = seen;
+        let all = primitives.into_iter().chain(instances).chain(nodes).chain(spheres).chain(triangles);
+        if all.into_iter().all(|seen| seen) {
             Ok(())
         } else {
             Err("the wide BVH lost a primitive; please report this scene".to_owned())
@@ -64,7 +79,7 @@ impl Wide {
         &self,
         child: WideChild,
         parent: Option<usize>,
-        counts: [usize; 3],
+        counts: [usize; 4],
         seen: &mut Visited,
     ) -> Option<()> {
         let mark = |seen: &mut [bool], index: usize| {
@@ -82,6 +97,8 @@ impl Wide {
                 return None;
             }
             return mark(&mut seen.primitives, index);
+        } else if child.holds(LeafKind::Instance) {
+            return (child.count() == 1).then(|| mark(&mut seen.instances, index))?;
         } else if child.holds(LeafKind::Triangles) {
             mark(&mut seen.triangles, index)?;
             (first_triangle..first_triangle + counts[2], &self.triangles.get(index)?.primitives)
@@ -104,6 +121,7 @@ impl Wide {
 /// Records that [`Wide::validate`] has reached so far.
 struct Visited {
     primitives: Vec<bool>,
+    instances: Vec<bool>,
     nodes: Vec<bool>,
     spheres: Vec<bool>,
     triangles: Vec<bool>,

@@ -10,6 +10,9 @@ use glam::{DVec2, DVec3};
 use std::collections::{HashMap, HashSet};
 use std::io::ErrorKind;
 
+/// Maximum factor on heights and normals.
+const MAX_BUMP: f64 = 1e6;
+
 /// Materials of the libraries that have been read, by name.
 #[derive(Debug, Default)]
 pub struct Libraries {
@@ -36,7 +39,13 @@ pub struct Entry {
     pub roughness: Option<f64>,
     pub metallic: Option<f64>,
     pub diffuse_map: Option<Map>,
+    pub specular_map: Option<Map>,
     pub emission_map: Option<Map>,
+    pub roughness_map: Option<Map>,
+    pub metallic_map: Option<Map>,
+    /// Height map, or a normal map.
+    pub bump_map: Option<Map>,
+    pub normal_map: Option<Map>,
 }
 
 /// An image and its placement.
@@ -47,6 +56,8 @@ pub struct Map {
     pub scale: DVec2,
     pub offset: DVec2,
     pub clamp: bool,
+    /// Factor on heights, `-bm`.
+    pub bump: f64,
 }
 
 impl Libraries {
@@ -146,7 +157,12 @@ impl Entry {
             "Pr" => number(&mut self.roughness)?,
             "Pm" => number(&mut self.metallic)?,
             "map_Kd" => self.diffuse_map = map(statement, folder, warnings)?,
+            "map_Ks" => self.specular_map = map(statement, folder, warnings)?,
             "map_Ke" => self.emission_map = map(statement, folder, warnings)?,
+            "map_Pr" => self.roughness_map = map(statement, folder, warnings)?,
+            "map_Pm" => self.metallic_map = map(statement, folder, warnings)?,
+            "map_Bump" | "map_bump" | "bump" => self.bump_map = map(statement, folder, warnings)?,
+            "norm" | "map_Kn" => self.normal_map = map(statement, folder, warnings)?,
             "Ka" => {} // ambient light is computed
             other => {
                 warnings.once(format!("the MTL statement \"{}\" is not supported and ignored", shown(other)));
@@ -177,7 +193,9 @@ fn colour(statement: &Statement, warnings: &mut Warnings) -> Result<Option<DVec3
 
 /// Parses options and a file name, which may contain spaces.
 fn map(statement: &Statement, folder: &str, warnings: &mut Warnings) -> Result<Option<Map>, SceneError> {
-    let mut map = Map { path: String::new(), scale: DVec2::ONE, offset: DVec2::ZERO, clamp: false };
+    let mut map =
+        Map { path: String::new(), scale: DVec2::ONE, offset: DVec2::ZERO, clamp: false, bump: 1.0 };
+    let is_bump = matches!(statement.keyword(), "map_Bump" | "map_bump" | "bump" | "norm" | "map_Kn");
     let mut rest = statement.rest();
     let word = |rest: &mut &str| -> String {
         let (word, after) = rest.split_once(char::is_whitespace).unwrap_or((*rest, ""));
@@ -203,6 +221,15 @@ fn map(statement: &Statement, folder: &str, warnings: &mut Warnings) -> Result<O
             let value = word(&mut rest);
             if option == "-clamp" {
                 map.clamp = value == "on";
+                continue;
+            }
+            if option == "-bm" && is_bump {
+                map.bump = statement.number(&value)?;
+                if map.bump.abs() > MAX_BUMP || map.bump.is_nan() {
+                    return Err(
+                        statement.error(&value, "the option -bm takes a number from -1e6 to 1e6".to_owned())
+                    );
+                }
                 continue;
             }
         } else {

@@ -6,6 +6,7 @@
 mod geometry;
 mod library;
 mod lines;
+mod maps;
 mod material;
 
 use super::budget::Budget;
@@ -37,21 +38,27 @@ use std::collections::HashMap;
 ///
 /// The first of these lines that applies makes an MTL material:
 ///
-/// * `Pr` or `Pm`: metallic-roughness with base colour `Kd`, roughness `Pr` (1 without), metallic
-///   `Pm` (0 without) and index of refraction `Ni` (1.5 without)
+/// * `Pr`, `Pm`, `map_Pr` or `map_Pm`: metallic-roughness with base colour `Kd`, roughness `Pr` (1
+///   without), metallic `Pm` (0 without, 1 with `map_Pm`) and index of refraction `Ni` (1.5
+///   without)
 /// * `illum` 4, 6 or 7; or `Tf`, `Ni` and `d` below 1: smooth glass with index of refraction `Ni`
 ///   (1.5 without)
 /// * `illum` 3 or 5, with `Ns`, and with `Ks` above 0: rough metal that reflects `Ks`, with GGX
 ///   alpha sqrt(2 / (`Ns` + 2))
+/// * `Ks` above 0, and `illum` neither 0 nor 1: a dielectric with base colour `Kd`, GGX alpha
+///   sqrt(2 / (`Ns` + 2)), and the reflectance of index `Ni` (1.5 without, or for 1) times 2 `Ks`
 /// * any others: diffuse `Kd` (0.8 without, 1 with `map_Kd`)
 ///
 /// Further rules:
 ///
-/// * `map_Kd` multiplies `Kd` of materials with a base colour.
+/// * `map_Kd` multiplies `Kd` of materials with a base colour; `map_Ks`, `map_Pr` and `map_Pm`
+///   multiply `Ks`, `Pr` and `Pm`.
+/// * `norm` is a normal map. `map_Bump` or `bump` is one if its texels are; otherwise it is a
+///   height map, of which white is 1 % of the image's width above black. `-bm` multiplies both.
 /// * `Ke`, times `map_Ke`, is emitted by both sides.
 /// * `d` below 1 (or `Tr` above 0) is opacity, except for glass.
 /// * Maps take the options `-s`, `-o` and `-clamp`.
-/// * Highlights (`Ks`, `Ns`) of diffuse materials and ambient light (`Ka`) are ignored.
+/// * Ambient light (`Ka`) is ignored.
 /// * Faces without a material, or with one that no library defines, are diffuse grey.
 ///
 /// # Errors
@@ -85,8 +92,7 @@ pub fn parse(bytes: &[u8], name: &str, files: &mut dyn Files) -> Result<Descript
         let mut mesh = mesh(&geometry, group, origin);
         check_uvs(&mut mesh.uvs, &site, &mut warnings);
         let Some(mut mesh) = finish(mesh, &site, &mut warnings) else { continue };
-        let mut used =
-            material::Used { description: &mut description, images: &mut images, files: &mut *files };
+        let mut used = maps::Used { description: &mut description, images: &mut images, files: &mut *files };
         mesh.material = materials.get(geometry.material(group), &mut used, &mut budget, &mut warnings)?;
         if check_instance(extent(&mesh), 0, &transform, &mut budget, &site)? {
             description.instances.push(Instance { mesh: description.meshes.len(), transform });

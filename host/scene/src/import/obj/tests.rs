@@ -2,7 +2,9 @@
 
 use super::super::testing::{FAR, Memory, ROUNDED, error_in_space, far_vertices, png, rounded_in_world};
 use super::*;
-use crate::description::{Alpha, Conductor, ConductorFresnel, Dielectric, Lambertian, Material, Surface};
+use crate::description::{
+    Alpha, Conductor, ConductorFresnel, Dielectric, Lambertian, Material, MetallicRoughness, Surface, Texels,
+};
 use crate::import::NoFiles;
 use glam::{DVec2, DVec3};
 
@@ -82,12 +84,12 @@ fn materials(library: &str) -> (Vec<Material>, Description) {
 #[test]
 fn mtl_materials() {
     let (all, scene) = materials(
-        "newmtl diffuse\nKd 0.1 0.2 0.3\nKs 1 1 1\nillum 2\nd 0.5\n\
+        "newmtl diffuse\nKd 0.1 0.2 0.3\nKs 1 1 1\nillum 1\nd 0.5\n\
          newmtl light\nKe 4 5 6\n\
          newmtl glass\nillum 7\nNi 1.33\nd 0.1\n\
          newmtl tinted\nTf 1 0 0\nTr 0.25\nNi 1.2\n\
          newmtl mirror\nillum 3\nKs 0.9 0.8 0.7\nNs 6\n\
-         newmtl pbr\nKd 0.5\nPr 0.25\nPm 1\nbump x.png\n\
+         newmtl pbr\nKd 0.5\nPr 0.25\nPm 1\nmap_d x.png\n\
          newmtl mapped\nmap_Kd -s 2 4 -o 0.5 0.25 -clamp on -bm 1 maps\\a b.png\n",
     );
     let [diffuse, light, glass, tinted, mirror, pbr, mapped] = &all[..] else { panic!() };
@@ -111,24 +113,110 @@ fn mtl_materials() {
     assert_eq!(
         scene.warnings,
         [
-            "the MTL statement \"bump\" is not supported and ignored",
+            "the MTL statement \"map_d\" is not supported and ignored",
             "the option \"-bm\" of MTL maps is not supported and ignored",
             "coloured glass (Tf) is not supported: glass is clear",
-            "diffuse materials whose highlights (Ks, Ns) are not rendered; Pr and Pm in the MTL file make them glossy: 1, \
-             the first in line 1, newmtl diffuse",
         ]
     );
 }
 
-/// One warning counts all such materials. Materials with black Ks, or whose Pr says how glossy they
-/// are, do not count.
+fn metallic_roughness(material: &Material) -> &MetallicRoughness {
+    let Surface::MetallicRoughness(surface) = &material.surface else { panic!("{material:?}") };
+    surface
+}
+
+/// `Ks` and `Ns` make a dielectric glossy: grey `Ks` by its index of refraction, others by a layer.
 #[test]
-fn highlights_that_are_not_rendered() {
-    let warnings = |library: &str| materials(library).1.warnings;
-    let found = warnings("newmtl a\nKd 1 0 0\nKs 0.5 0.5 0.5\nNs 250\nillum 2\nnewmtl b\nKs 0.1\nillum 3\n");
-    assert!(found.len() == 1 && found[0].contains(": 2, the first in line 1, newmtl a"), "{found:?}");
-    let none = "newmtl a\nKd 1 0 0\nKs 0 0 0\nNs 250\nillum 2\nnewmtl b\nKs 1 1 1\nPr 0.1\nnewmtl c\nKs 1\nillum 7\n";
-    assert!(warnings(none).is_empty(), "{:?}", warnings(none));
+fn highlights() {
+    let (all, scene) = materials(
+        "newmtl neutral\nKd 1 0 0\nKs 0.5 0.5 0.5\nNs 6\nillum 2\n\
+         newmtl strong\nKs 1\nNs 30\nNi 1\n\
+         newmtl gold\nKs 0.5 0.25 0\nNs 30\n\
+         newmtl matt\nKs 0 0 0\nNs 250\nillum 2\n\
+         newmtl off\nKs 1\nNs 250\nillum 0\n",
+    );
+    let [neutral, strong, gold, matt, off] = &all[..] else { panic!() };
+    let neutral = metallic_roughness(neutral);
+    assert_eq!((neutral.base_color, neutral.metallic, neutral.ior), (DVec3::X, 0.0, 1.5));
+    assert!((neutral.roughness - 0.5f64.sqrt()).abs() < 1e-12 && neutral.layers.is_empty());
+    let reflectance = |ior: f64| ((ior - 1.0) / (ior + 1.0)).powi(2);
+    let strong = metallic_roughness(strong);
+    assert!((reflectance(strong.ior) / reflectance(1.5) - 2.0).abs() < 1e-9, "{}", strong.ior);
+    let gold = metallic_roughness(gold);
+    assert_eq!(gold.layers.specular.as_ref().map(|layer| layer.color), Some(DVec3::new(1.0, 0.5, 0.0)));
+    // Negative controls: black Ks, and illum without highlights.
+    for plain in [matt, off] {
+        assert_eq!(plain.surface, Lambertian::rgb(0.8, 0.8, 0.8).into());
+    }
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    assert!(scene.materials.iter().all(|material| material.check(0).is_ok()));
+}
+
+/// Returns the materials of an MTL file that names the images `height.png`, `normal.png`, `two.png`
+/// and `one.png`.
+fn mapped(library: &str) -> Result<Description, SceneError> {
+    let heights: Vec<[u8; 4]> = (0..16u8).map(|i| [16 * (i % 4), 16 * (i % 4), 16 * (i % 4), 255]).collect();
+    let mut files = Memory(
+        [
+            ("a.mtl", library.as_bytes().to_vec()),
+            ("height.png", png(4, 4, &heights)),
+            ("normal.png", png(1, 1, &[[128, 128, 255, 255]])),
+            ("two.png", png(2, 1, &[[10, 0, 0, 255], [20, 0, 0, 255]])),
+            ("one.png", png(1, 1, &[[30, 0, 0, 255]])),
+        ]
+        .into(),
+    );
+    parse(format!("mtllib a.mtl\n{SQUARE}usemtl a\nf 1/1 2/2 3/1\n").as_bytes(), "a.obj", &mut files)
+}
+
+#[test]
+fn bump_maps_are_normal_maps_or_become_some() {
+    let normals = |library: &str| {
+        let scene = mapped(&format!("newmtl a\n{library}\n")).unwrap();
+        let map = scene.materials[0].normal_texture.clone().unwrap();
+        assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+        (scene.images[map.image].clone(), scene.materials[0].normal_scale, scene)
+    };
+    let (image, scale, _) = normals("map_Bump -bm 2.5 normal.png");
+    assert!(scale == 2.5 && matches!(image.texels, Texels::Linear8(_)) && image.name == "normal.png");
+    let (image, scale, scene) = normals("bump height.png");
+    let Texels::Float(texels) = &image.texels else { panic!() };
+    // Heights rise to the right, so the normals lean to the left, but for the border.
+    assert!(scale == 1.0 && texels[1][0] < 0.5 && texels[1][1] == 0.5 && texels[1][2] > 0.9, "{texels:?}");
+    assert!(texels[0][0] > 0.5);
+    crate::Scene::from_model(scene, "a.obj").unwrap();
+    // `norm` is a normal map whatever its texels are.
+    assert!(matches!(normals("norm height.png").0.texels, Texels::Linear8(_)));
+    let error = mapped("newmtl a\nbump -bm x height.png\n").unwrap_err().to_string();
+    assert!(error.contains("a.mtl:2:10: \"x\" is not a number"), "{error}");
+    let error = mapped("newmtl a\nbump -bm 1e9 height.png\n").unwrap_err().to_string();
+    assert!(error.contains("from -1e6 to 1e6"), "{error}");
+    let error = mapped("newmtl a\nmap_Bump none.png\n").unwrap_err().to_string();
+    assert!(error.contains("map_Bump: cannot read \"none.png\""), "{error}");
+    let both = mapped("newmtl a\nnorm normal.png\nbump height.png\n").unwrap();
+    assert!(both.warnings[0].contains("show the normal map alone"), "{:?}", both.warnings);
+}
+
+#[test]
+fn roughness_and_metalness_share_an_image() {
+    let scene = mapped("newmtl a\nPr 0.5\nmap_Pr two.png\nmap_Pm one.png\nmap_Ks one.png\n").unwrap();
+    let surface = metallic_roughness(&scene.materials[0]);
+    assert_eq!((surface.roughness, surface.metallic), (0.5, 1.0));
+    let map = surface.metallic_roughness_texture.as_ref().unwrap();
+    let Texels::Linear8(texels) = &scene.images[map.image].texels else { panic!() };
+    assert_eq!(texels[..], [[255, 10, 30, 255], [255, 20, 30, 255]]);
+    assert!(scene.warnings[0].contains("(map_Ks) of materials whose Ks and Ns"), "{:?}", scene.warnings);
+    // Without a map its number counts, and a map of Ks makes a material glossy.
+    let scene = mapped("newmtl a\nPm 0.5\nmap_Pr -s 2 2 one.png\n").unwrap();
+    let surface = metallic_roughness(&scene.materials[0]);
+    let map = surface.metallic_roughness_texture.as_ref().unwrap();
+    assert!(
+        matches!(&scene.images[map.image].texels, Texels::Linear8(of) if of[..] == [[255, 30, 255, 255]])
+    );
+    assert_eq!((surface.metallic, map.transform.matrix2.x_axis.x), (0.5, 2.0));
+    let scene = mapped("newmtl a\nmap_Ks one.png\nNs 30\n").unwrap();
+    let layer = metallic_roughness(&scene.materials[0]).layers.specular.as_ref().unwrap();
+    assert!(layer.color == DVec3::splat(2.0) && layer.color_texture.is_some() && scene.warnings.is_empty());
 }
 
 /// A file that is not a library may contain anything, such as secrets.

@@ -182,8 +182,8 @@ impl Default for Volume {
     }
 }
 
-/// Implements what all layers have, from their fields: numbers and colours with the types that a scene
-/// file reads them with, and textures with their roles.
+/// Implements what all layers have, from their fields: numbers and colours with the types that a
+/// scene file reads them with, and textures with their roles.
 macro_rules! layers {
     ($($layer:ident $name:literal:
         [$($number:ident: $type:ty),*], [$($color:ident: $color_type:ty),*], [$($texture:ident: $role:ident),*];

@@ -347,9 +347,8 @@ impl App<'_> {
         }
         if pressed.save_camera {
             let job = &self.arguments.job;
-            let (includes, options) = (job.includes.includes(), job.model.options());
             let pose = self.space.camera_of(&self.navigator.pose());
-            self.message = save::camera(path, includes, &options, &pose);
+            self.message = save::camera(job, &pose);
         }
         quit
     }

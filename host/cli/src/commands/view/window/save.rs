@@ -1,10 +1,10 @@
 //! Files that the window writes: the image, and a copy of the scene with its camera.
 
+use crate::cli::JobArgs;
 use crate::terminal::with_options;
 use std::path::{Path, PathBuf};
 use trisect::precision::{self, Change};
-use trisect::scene::import::ModelOptions;
-use trisect::scene::{CameraPose, Includes, SceneDocument};
+use trisect::scene::{CameraPose, SceneDocument};
 
 /// Returns the first unused path of `STEM-view-1.EXTENSION`, `STEM-view-2.EXTENSION` and so on.
 fn free(folder: &Path, stem: &str, extension: &str) -> Option<PathBuf> {
@@ -29,7 +29,8 @@ pub fn image(scene: Option<&Path>, size: (u32, u32), pixels: &[u32]) -> String {
 
 /// Writes a copy of the scene with this camera, in the scene's own units, to the scene's folder.
 /// Returns a message with its path, or with the error.
-pub fn camera(scene: Option<&Path>, includes: Includes, options: &ModelOptions, pose: &CameraPose) -> String {
+pub fn camera(job: &JobArgs, pose: &CameraPose) -> String {
+    let scene = job.scene.as_deref();
     let Some(from) = scene else {
         return "the built-in scene has no file; start with one to save the camera".to_owned();
     };
@@ -37,8 +38,10 @@ pub fn camera(scene: Option<&Path>, includes: Includes, options: &ModelOptions, 
     let Some(to) = free(folder, &stem(scene), "ron") else {
         return "there are 9,999 copies of this scene; move them".to_owned();
     };
-    let written = SceneDocument::load_including(from, includes, options).map_err(|error| error.to_string());
-    let written = written.and_then(|described| {
+    let (includes, options) = (job.includes.includes(), job.model.options());
+    let surroundings = job.surroundings.surroundings();
+    let read = SceneDocument::load_in_surroundings(from, includes, &options, &surroundings);
+    let written = read.map_err(|error| error.to_string()).and_then(|described| {
         precision::write(from, &described, Change::Camera(*pose), &to).map_err(|error| error.to_string())
     });
     match written {
