@@ -68,3 +68,33 @@ pub fn check(root: &Root, name: &str, warnings: &mut Warnings) -> Result<(), Sce
     );
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The page on glTF has a row for each supported extension, and says of no other one that it
+    /// is drawn.
+    #[test]
+    fn the_table_of_extensions_is_complete() {
+        let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/reference/scene-format/gltf.md");
+        let text = std::fs::read_to_string(page).unwrap_or_else(|error| panic!("{page}: {error}"));
+        let row = |line: &str| {
+            let cells: Vec<&str> = line.trim_matches('|').split('|').map(str::trim).collect();
+            let is_extension = cells[0].starts_with("KHR_") || cells[0].starts_with("EXT_");
+            (is_extension && cells.len() == 3).then(|| (cells[0].to_owned(), cells[1].to_owned()))
+        };
+        let rows: Vec<(String, String)> = text.lines().filter_map(row).collect();
+        let listed = |state: fn(&str) -> bool| {
+            let mut all: Vec<String> = rows
+                .iter()
+                .filter(|(_, of)| state(of))
+                .flat_map(|(names, _)| names.split(", ").map(str::to_owned))
+                .collect();
+            all.sort_unstable();
+            all
+        };
+        assert_eq!(listed(|state| state == "drawn" || state == "approximated"), SUPPORTED);
+        assert!(!listed(|state| state == "ignored").is_empty());
+    }
+}
