@@ -1,4 +1,4 @@
-//! Thin-lens camera: makes the camera ray of each sample.
+//! Thin-lens or parallel camera: makes the camera ray of each sample.
 
 use crate::math::{sqrt, unit_circle, unit_f32};
 use crate::ray::{OriginPrimitive, Ray};
@@ -6,19 +6,20 @@ use crate::rng::Words;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-/// Thin-lens camera as launch parameters. Its vectors, in scene units, start at `origin`, so that a
-/// camera far from the world's origin loses no digits. 96 bytes, 6 rows; the fourth word of each
-/// row is unused.
+/// Camera as launch parameters: a thin lens, or a parallel projection. Its vectors, in scene units, start at `origin`, so that a
+/// camera far from the world's origin loses no digits. 96 bytes, 6 rows; the fourth word of all
+/// rows but the first is unused.
 ///
 /// The image plane lies in the focal plane: `corner` points at the outer corner of the top left
-/// pixel, `step_x` and `step_y` lead to the next pixel to the right and below.
+/// pixel, `step_x` and `step_y` lead to the next pixel to the right and below. Rays of a parallel
+/// projection start at the plane of the origin, a distance before the image plane.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct Camera {
     /// Centre of the lens, in world coordinates.
     pub origin: Vec3,
-    /// Unused.
-    pub pad0: u32,
+    /// 1 for a parallel projection, 0 for a lens.
+    pub is_parallel: u32,
     /// Vector from the lens centre to the image's top left corner.
     pub corner: Vec3,
     /// Unused.
@@ -31,7 +32,8 @@ pub struct Camera {
     pub step_y: Vec3,
     /// Unused.
     pub pad3: u32,
-    /// Vector from the lens centre to its rim, to the right; zero for a pinhole.
+    /// Vector from the lens centre to its rim, to the right; zero for a pinhole. In a parallel
+    /// projection, the vector from the origin to the middle of the image.
     pub lens_x: Vec3,
     /// Unused.
     pub pad4: u32,
@@ -55,7 +57,9 @@ impl Camera {
         let (cos, sin) = unit_circle(random.w);
         let lens = self.lens_x * (radius * cos) + self.lens_y * (radius * sin);
         let target = self.corner + self.step_x * across + self.step_y * down;
-        let direction = crate::math::normalize(target - lens);
-        Ray::in_world(self.origin + lens, direction, OriginPrimitive::NONE)
+        let is_parallel = self.is_parallel != 0;
+        let start = if is_parallel { target - self.lens_x } else { lens };
+        let along = if is_parallel { self.lens_x } else { target - lens };
+        Ray::in_world(self.origin + start, crate::math::normalize(along), OriginPrimitive::NONE)
     }
 }

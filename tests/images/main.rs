@@ -15,6 +15,7 @@ mod mesh_attributes;
 mod methods;
 mod mitsuba;
 mod motion;
+mod parallel;
 mod sampling;
 mod scenes;
 mod summation;

@@ -15,27 +15,34 @@ pub(crate) fn record(pose: &CameraPose, width: u32, height: u32) -> Camera {
     let (width, height) = (f64::from(width), f64::from(height));
     // A pinhole is in focus everywhere, so its image plane may lie at distance 1.
     let focus_distance = if pose.defocus_angle > 0.0 { pose.focus_distance } else { 1.0 };
-    let image_height = 2.0 * (0.5 * pose.vertical_fov).tan() * focus_distance;
+    let is_parallel = pose.parallel_height > 0.0;
+    let image_height = match is_parallel {
+        true => pose.parallel_height,
+        false => 2.0 * (0.5 * pose.vertical_fov).tan() * focus_distance,
+    };
+    // Depths are measured from the origin, in units of the view.
+    let focus_distance = if is_parallel { image_height } else { focus_distance };
     let pixel = image_height / height; // square pixels
     let corner = back * -focus_distance - right * (0.5 * pixel * width) + up * (0.5 * pixel * height);
     let lens = (0.5 * pose.defocus_angle).tan() * focus_distance;
     Camera {
         origin: pose.look_from.as_vec3(),
-        pad0: 0,
+        is_parallel: u32::from(is_parallel),
         corner: corner.as_vec3(),
         pad1: 0,
         step_x: (right * pixel).as_vec3(),
         pad2: 0,
         step_y: (up * -pixel).as_vec3(),
         pad3: 0,
-        lens_x: (right * lens).as_vec3(),
+        lens_x: if is_parallel { back * -focus_distance } else { right * lens }.as_vec3(),
         pad4: 0,
         lens_y: (up * lens).as_vec3(),
         pad5: 0,
     }
 }
 
-/// Returns the view of the pinhole camera at the middle of the lens.
+/// Returns the view of the pinhole camera at the middle of the lens; for a parallel projection, that
+/// of a pinhole a view's height before the image plane, which has its depths.
 pub(crate) fn pinhole_view(camera: &Camera) -> PinholeView {
     let [corner, right, down] = [camera.corner, camera.step_x, camera.step_y].map(Vec3::as_dvec3);
     let axis = right.cross(down).normalize_or(DVec3::NEG_Z);
@@ -73,10 +80,12 @@ pub(crate) struct Lens {
 }
 
 impl Lens {
-    /// Returns lens and image plane of an image's camera. (A camera whose rays do not come from a
-    /// lens would return `None`: its images have no tile entries.)
-    #[allow(clippy::unnecessary_wraps, reason = "for cameras without a lens")]
+    /// Returns lens and image plane of an image's camera, or `None` for a parallel projection, whose
+    /// images have no tile entries.
     pub fn new(camera: &Camera, width: u32, height: u32) -> Option<Self> {
+        if camera.is_parallel != 0 {
+            return None;
+        }
         let [corner, step_x, step_y] = [camera.corner, camera.step_x, camera.step_y].map(Vec3::as_dvec3);
         let (x, y) = (step_x.normalize(), step_y.normalize());
         let z = x.cross(y);
@@ -112,5 +121,19 @@ mod tests {
         let ray = camera.ray(0, 0, Words { x: half, y: half, z: half, w: half });
         let want = Vec3::new(-0.5, 0.5, -1.0) / 1.5f32.sqrt();
         assert!(ray.origin == Vec3::new(0.0, 0.0, 5.0) && (ray.direction - want).length() < 1e-6);
+    }
+
+    #[test]
+    fn rays_of_a_parallel_projection() {
+        let pose =
+            CameraPose { look_from: DVec3::new(0.0, 0.0, 5.0), parallel_height: 4.0, ..CameraPose::PINHOLE };
+        let camera = record(&pose, 4, 2);
+        let half = 1 << 31;
+        for (x, y, want) in [(0, 0, Vec3::new(-3.0, 1.0, 5.0)), (3, 1, Vec3::new(3.0, -1.0, 5.0))] {
+            let ray = camera.ray(x, y, Words { x: half, y: half, z: 3, w: 5 });
+            assert!((ray.origin - want).length() < 1e-5, "{}", ray.origin);
+            assert!((ray.direction - Vec3::NEG_Z).length() < 1e-6);
+        }
+        assert!(Lens::new(&camera, 4, 2).is_none());
     }
 }

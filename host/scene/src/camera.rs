@@ -9,8 +9,8 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 use std::f64::consts::FRAC_PI_2;
 
-/// A thin-lens camera in the world; lengths in scene units, angles in radians. Its bytes are sent
-/// between ranks and are part of a scene's digest.
+/// A camera in the world, of a thin lens or a parallel projection; lengths in scene units, angles in
+/// radians. Its bytes are sent between ranks and are part of a scene's digest.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct CameraPose {
@@ -26,6 +26,9 @@ pub struct CameraPose {
     pub defocus_angle: f64,
     /// Distance from the lens to the plane in focus.
     pub focus_distance: f64,
+    /// Height of the view of a parallel (orthographic) projection, whose rays start at the plane of
+    /// `look_from`; 0 for a perspective.
+    pub parallel_height: f64,
 }
 
 impl CameraPose {
@@ -38,6 +41,7 @@ impl CameraPose {
         vertical_fov: FRAC_PI_2,
         defocus_angle: 0.0,
         focus_distance: 1.0,
+        parallel_height: 0.0,
     };
 
     /// Checks that the camera is valid.
@@ -46,7 +50,8 @@ impl CameraPose {
     ///
     /// A message that says what would be valid.
     pub fn check(&self) -> Result<(), String> {
-        let Self { look_from, look_at, up, vertical_fov, defocus_angle, focus_distance } = *self;
+        let Self { look_from, look_at, up, vertical_fov, defocus_angle, focus_distance, parallel_height } =
+            *self;
         let far = MAX_MAGNITUDE;
         if ![look_from, look_at, up].iter().all(|v| v.abs().cmple(DVec3::splat(far)).all()) {
             return Err(format!("look_from, look_at and up must be numbers within {far:e}"));
@@ -54,6 +59,12 @@ impl CameraPose {
         let angle = |a: f64| (0.0..std::f64::consts::PI).contains(&a);
         if !(angle(vertical_fov) && vertical_fov > 0.0 && angle(defocus_angle)) {
             return Err("vertical_fov must lie between 0 and 180 degrees, defocus_angle below 180".to_owned());
+        }
+        if parallel_height != 0.0 && !(MIN_MAGNITUDE..=far).contains(&parallel_height) {
+            let least = MIN_MAGNITUDE;
+            return Err(format!(
+                "the height of the view is {parallel_height:e}; it must lie between {least:e} and {far:e}"
+            ));
         }
         // First, because a builder's distance of focus is that of the two points.
         self.check_together()?;
@@ -80,6 +91,9 @@ impl CameraPose {
         if sine.is_nan() || sine < 1e-6 {
             return Err("up points along the view (or is zero); choose another direction".to_owned());
         }
+        if self.parallel_height > 0.0 && self.defocus_angle > 0.0 {
+            return Err("a parallel projection (height) has no lens; leave defocus_angle out".to_owned());
+        }
         // The rays of a lens are differences of vectors of this length, and their squares must stay
         // finite in f32.
         let widest = (0.5 * self.vertical_fov).tan().max((0.5 * self.defocus_angle).tan()).max(1.0);
@@ -99,7 +113,8 @@ impl CameraPose {
             distance if self.defocus_angle == 0.0 => distance.clamp(MIN_MAGNITUDE, MAX_MAGNITUDE),
             distance => distance,
         };
-        Self { focus_distance, ..*self }
+        let parallel_height = length(self.parallel_height);
+        Self { focus_distance, parallel_height, ..*self }
     }
 
     /// Returns whether this is `other`, up to the rounding of degrees.
@@ -120,11 +135,12 @@ impl CameraPose {
             vertical_fov: line(self.vertical_fov, to.vertical_fov),
             defocus_angle: line(self.defocus_angle, to.defocus_angle),
             focus_distance: line(self.focus_distance, to.focus_distance),
+            parallel_height: line(self.parallel_height, to.parallel_height),
         }
     }
 }
 
-/// A thin-lens camera; angles in degrees, lengths in scene units.
+/// A camera; angles in degrees, lengths in scene units.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, remote = "Self")]
 pub struct Camera {
@@ -135,8 +151,12 @@ pub struct Camera {
     /// Up direction of the image; default: +y.
     #[serde(default = "default_up")]
     pub up: Point,
-    /// Vertical angle of the whole image.
-    pub vertical_fov: FieldOfView,
+    /// Vertical angle of the whole image, for a perspective.
+    #[serde(default)]
+    pub vertical_fov: Option<FieldOfView>,
+    /// Height of the view, for a parallel projection.
+    #[serde(default)]
+    pub height: Option<Length>,
     /// Cone angle from a point in focus to the lens; 0, the default, for a pinhole.
     #[serde(default = "default_defocus")]
     pub defocus_angle: Defocus,
@@ -160,6 +180,16 @@ fn default_focus() -> Length {
 impl<'de> Deserialize<'de> for Camera {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let camera = Self::deserialize(deserializer)?; // the inherent function of serde's derive
+        let fault = match (&camera.vertical_fov, &camera.height) {
+            (None, None) => Some("vertical_fov is missing; state it, or height for a parallel projection"),
+            (Some(_), Some(_)) => {
+                Some("vertical_fov is for a perspective, height for a parallel projection; leave one out")
+            }
+            _ => None,
+        };
+        if let Some(fault) = fault {
+            return Err(D::Error::custom(format!("camera: {fault}")));
+        }
         camera.pose().check_together().map_err(|fault| D::Error::custom(format!("camera: {fault}")))?;
         Ok(camera)
     }
@@ -172,7 +202,8 @@ impl Camera {
             look_from: vector(self.look_from),
             look_at: vector(self.look_at),
             up: vector(self.up),
-            vertical_fov: self.vertical_fov.0.to_radians(),
+            vertical_fov: self.vertical_fov.as_ref().map_or(FRAC_PI_2, |angle| angle.0.to_radians()),
+            parallel_height: self.height.as_ref().map_or(0.0, |height| height.0),
             defocus_angle: self.defocus_angle.0.to_radians(),
             focus_distance: self.focus_distance.0,
         }
@@ -181,12 +212,15 @@ impl Camera {
 
 /// Formats a camera as the value of the field `camera`.
 pub(crate) fn camera_value(camera: &CameraPose) -> String {
+    let view = match camera.parallel_height > 0.0 {
+        true => format!("height: {:?}", camera.parallel_height),
+        false => format!("vertical_fov: {:?}", camera.vertical_fov.to_degrees()),
+    };
     format!(
-        "(\n        look_from: {}, look_at: {}, up: {},\n        vertical_fov: {:?}, defocus_angle: {:?}, focus_distance: {:?},\n    )",
+        "(\n        look_from: {}, look_at: {}, up: {},\n        {view}, defocus_angle: {:?}, focus_distance: {:?},\n    )",
         point_text(camera.look_from),
         point_text(camera.look_at),
         point_text(camera.up),
-        camera.vertical_fov.to_degrees(),
         camera.defocus_angle.to_degrees(),
         camera.focus_distance
     )

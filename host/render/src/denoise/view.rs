@@ -9,6 +9,8 @@ use trisect_shared::denoise::{DenoiseParams, PinholeView, STOP_FACTORS};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct FrameView {
     pub view: PinholeView,
+    /// True if the view is that of the camera's rays, by which frames are reprojected.
+    pub reprojects: bool,
     pub width: u32,
     pub height: u32,
 }
@@ -16,7 +18,8 @@ pub(crate) struct FrameView {
 impl FrameView {
     /// Returns the image that a camera shows.
     pub fn by(camera: &Camera, width: u32, height: u32) -> Self {
-        Self { view: camera::pinhole_view(camera), width, height }
+        let reprojects = camera.is_parallel == 0;
+        Self { view: camera::pinhole_view(camera), reprojects, width, height }
     }
 
     /// Returns launch parameters without a filter: colours stop nothing, normals and depths stop as

@@ -145,7 +145,8 @@ impl LiveSession {
         if !kept {
             // The camera moved, so the history that the last frame wrote is the one to read.
             unwritten = last.filter(|_| self.wrote && self.unwritten);
-            self.previous_view = last.filter(|_| self.wrote).map(|last| last.view);
+            let seen = last.filter(|last| self.wrote && last.reprojects && image.reprojects);
+            self.previous_view = seen.map(|last| last.view);
             self.past = 1 - self.past;
             self.accumulated = 0;
         }

@@ -163,6 +163,10 @@ fn faults_are_placed() {
     let cases: &[(&str, &str, usize, &[&str])] = &[
         ("version: 1", "version: 2", 2, &["version 2", "reads 1"]),
         ("vertical_fov: 40", "vertical_fov: 180", 5, &["179"]),
+        (", vertical_fov: 40", "", 5, &["vertical_fov is missing", "height"]),
+        ("vertical_fov: 40", "vertical_fov: 40, height: 2", 5, &["leave one out"]),
+        ("vertical_fov: 40", "height: 2, defocus_angle: 1", 5, &["no lens"]),
+        ("vertical_fov: 40", "height: 0", 5, &["0 is not"]),
         ("look_from: (0, 0, 3)", "look_from: (0, 0, 0)", 5, &["look_from and look_at"]),
         ("look_from: (0, 0, 3)", "look_from: (0, 3, 0)", 5, &["up points along the view"]),
         ("40)", "170, defocus_angle: 1, focus_distance: 1e15)", 5, &["focus_distance", "1e15"]),

@@ -17,6 +17,10 @@ pub(super) fn check(scene: &SceneDocument, image: &ImageSettings, found: &mut Ve
     let Some((name, camera)) = scene.description.cameras.first() else { return };
     let what = || if name == "camera" { name.clone() } else { format!("camera \"{name}\"") };
     let pixel = 2.0 * (0.5 * camera.vertical_fov).tan() / f64::from(image.height.max(1));
+    // Parallel rays have one direction.
+    if camera.parallel_height > 0.0 {
+        return;
+    }
     if ROUNDING / pixel > PIXELS {
         found.push(Finding {
             limit: Limit::NarrowView,

@@ -5,8 +5,9 @@ use super::buffers::get;
 use super::{Document, Output};
 use crate::CameraPose;
 use crate::error::SceneError;
-use crate::values::MAX_MAGNITUDE;
+use crate::values::{MAX_MAGNITUDE, MIN_MAGNITUDE};
 use glam::DAffine3;
+use std::f64::consts::FRAC_PI_2;
 
 /// Adds the camera of a node to the description.
 pub fn read(
@@ -19,24 +20,31 @@ pub fn read(
 ) -> Result<(), SceneError> {
     let camera = get(&document.root.cameras, index, "cameras", user)?;
     let site = document.site(format!("cameras[{index}]"));
-    let perspective = match (camera.kind.as_str(), &camera.perspective) {
-        ("perspective", Some(perspective)) => perspective,
-        ("orthographic", _) => {
-            output.warnings.once("orthographic cameras are not supported and left out");
-            return Ok(());
-        }
-        ("perspective", None) => {
-            return Err(site.malformed("it has no perspective", "a perspective camera must have one"));
-        }
-        (other, _) => {
-            let problem = format!("its type is \"{}\"", shown(other));
-            return Err(site.malformed(problem, "it must be perspective or orthographic"));
-        }
-    };
-    let vertical_fov = perspective.yfov;
+    let (vertical_fov, parallel_height) =
+        match (camera.kind.as_str(), &camera.perspective, &camera.orthographic) {
+            ("perspective", Some(perspective), _) => (perspective.yfov, 0.0),
+            // A negative number mirrors the image, which the specification advises against.
+            ("orthographic", _, Some(orthographic)) => (FRAC_PI_2, 2.0 * orthographic.ymag.abs()),
+            ("perspective", None, _) => {
+                return Err(site.malformed("it has no perspective", "a perspective camera must have one"));
+            }
+            ("orthographic", _, None) => {
+                return Err(site.malformed("it has no orthographic", "an orthographic camera must have one"));
+            }
+            (other, _, _) => {
+                let problem = format!("its type is \"{}\"", shown(other));
+                return Err(site.malformed(problem, "it must be perspective or orthographic"));
+            }
+        };
     if !(1e-3f64.to_radians()..=179f64.to_radians()).contains(&vertical_fov) {
         let problem = format!("yfov is {vertical_fov} radians");
         return Err(site.malformed(problem, "it must be between 0.001 and 179 degrees, in radians"));
+    }
+    if parallel_height != 0.0 && !(MIN_MAGNITUDE..=MAX_MAGNITUDE).contains(&parallel_height)
+        || parallel_height == 0.0 && camera.kind == "orthographic"
+    {
+        let problem = format!("ymag is {}", 0.5 * parallel_height);
+        return Err(site.malformed(problem, "it must be a number other than 0, of 1e-18 to 1e18"));
     }
     let look_from = world.translation;
     let axes = world.y_axis.try_normalize().zip((-world.z_axis).try_normalize());
@@ -47,7 +55,7 @@ pub fn read(
     };
     // Far from the origin, rounding would change the direction to a point nearby.
     let look_at = look_from + forward * look_from.abs().max_element().max(1.0);
-    let pose = CameraPose { look_from, look_at, up, vertical_fov, ..CameraPose::PINHOLE };
+    let pose = CameraPose { look_from, look_at, up, vertical_fov, parallel_height, ..CameraPose::PINHOLE };
     output.budget.take(256, user)?; // many nodes may use one camera
     let name = node_name.or(camera.name.as_deref()).map_or_else(|| site.place.clone(), shown);
     output.description.cameras.push((name, pose));

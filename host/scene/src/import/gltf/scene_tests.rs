@@ -117,7 +117,7 @@ fn cameras_look_along_their_nodes() {
     let scene = read(&document(
         &[],
         &format!(
-            r#""cameras":[{{"type":"perspective","perspective":{{"yfov":0.5,"znear":0.1}}}},{{"type":"orthographic"}}],
+            r#""cameras":[{{"type":"perspective","perspective":{{"yfov":0.5,"znear":0.1}}}},{{"type":"orthographic","orthographic":{{"xmag":1,"ymag":2,"znear":0,"zfar":9}}}}],
             "nodes":[{{"camera":0,"name":"eye","translation":[1,2,3],"scale":[2,2,2],
             "rotation":[0,{FRAC_1_SQRT_2},0,{FRAC_1_SQRT_2}]}},{{"camera":1}},{{"camera":0,"name":"eye"}}]"#
         ),
@@ -128,8 +128,21 @@ fn cameras_look_along_their_nodes() {
     let axis = (pose.look_at - pose.look_from).normalize();
     assert!(axis.abs_diff_eq(DVec3::NEG_X, 1e-12), "a quarter turn about y takes -z to -x, not to {axis}");
     assert!(pose.up.abs_diff_eq(DVec3::Y, 1e-12));
-    assert_eq!(scene.cameras[1].0, "eye 2");
-    assert_eq!(scene.warnings, ["orthographic cameras are not supported and left out"]);
+    assert_eq!((scene.cameras[1].1.parallel_height, scene.cameras[0].1.parallel_height), (4.0, 0.0));
+    assert_eq!(scene.cameras[2].0, "eye 2");
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+}
+
+#[test]
+fn parallel_cameras_without_a_height_are_refused() {
+    for camera in
+        [r#"{"type":"orthographic"}"#, r#"{"type":"orthographic","orthographic":{"xmag":1,"ymag":0}}"#]
+    {
+        let text = document(&[], &format!(r#""cameras":[{camera}],"nodes":[{{"camera":0}}]"#));
+        let error = error(&text);
+        assert!(error.contains("cameras[0]"), "{error}");
+        assert!(error.contains("orthographic") || error.contains("ymag"), "{error}");
+    }
 }
 
 #[test]

@@ -199,9 +199,13 @@ objects! {
         name: Option<Box<str>>,
         #[serde(rename = "type")] kind: String,
         perspective: Option<Perspective>,
+        orthographic: Option<Orthographic>,
     }
     Perspective {
         yfov: f64,
+    }
+    Orthographic {
+        ymag: f64,
     }
     Image {
         uri: Option<Box<str>>,
