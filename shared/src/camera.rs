@@ -6,9 +6,9 @@ use crate::rng::Words;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-/// Camera as launch parameters: a thin lens, or a parallel projection. Its vectors, in scene units, start at `origin`, so that a
-/// camera far from the world's origin loses no digits. 96 bytes, 6 rows; the fourth word of all
-/// rows but the first is unused.
+/// Camera as launch parameters: a thin lens, or a parallel projection. Its vectors, in scene units,
+/// start at `origin`, so that a camera far from the world's origin loses no digits. 96 bytes, 6
+/// rows; the fourth word of all rows but the first is unused.
 ///
 /// The image plane lies in the focal plane: `corner` points at the outer corner of the top left
 /// pixel, `step_x` and `step_y` lead to the next pixel to the right and below. Rays of a parallel

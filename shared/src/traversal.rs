@@ -199,8 +199,8 @@ unsafe fn closest_of_instances<const POSSIBLE: Features>(
 }
 
 /// Returns the closest primitive in front of `ray`, as `query` limits it. Of several primitives at
-/// one distance it returns the first by index, and of coincident instances the first, so the hit does
-/// not depend on the order of the tests.
+/// one distance it returns the first by index, and of coincident instances the first, so the hit
+/// does not depend on the order of the tests.
 ///
 /// # Safety
 ///

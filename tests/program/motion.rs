@@ -79,8 +79,7 @@ fn formats_layers_statistics_and_filters_are_those_of_an_image() {
     assert!(before != fs::read(folder.path("a_01.exr")).unwrap());
 }
 
-/// Where CUDA is missing the CPU renders the frames instead; where it is there, its bits are the
-/// same.
+/// The CPU renders the frames where CUDA is missing; where it is there, its bits are the same.
 #[test]
 fn frames_fall_back_to_the_cpu() {
     let folder = models("fallback");

@@ -41,8 +41,8 @@ pub(crate) fn record(pose: &CameraPose, width: u32, height: u32) -> Camera {
     }
 }
 
-/// Returns the view of the pinhole camera at the middle of the lens; for a parallel projection, that
-/// of a pinhole a view's height before the image plane, which has its depths.
+/// Returns the view of the pinhole camera at the middle of the lens; for a parallel projection,
+/// that of a pinhole a view's height before the image plane, which has its depths.
 pub(crate) fn pinhole_view(camera: &Camera) -> PinholeView {
     let [corner, right, down] = [camera.corner, camera.step_x, camera.step_y].map(Vec3::as_dvec3);
     let axis = right.cross(down).normalize_or(DVec3::NEG_Z);
@@ -80,8 +80,8 @@ pub(crate) struct Lens {
 }
 
 impl Lens {
-    /// Returns lens and image plane of an image's camera, or `None` for a parallel projection, whose
-    /// images have no tile entries.
+    /// Returns lens and image plane of an image's camera, or `None` for a parallel projection,
+    /// whose images have no tile entries.
     pub fn new(camera: &Camera, width: u32, height: u32) -> Option<Self> {
         if camera.is_parallel != 0 {
             return None;

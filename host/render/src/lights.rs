@@ -31,10 +31,10 @@ pub struct Lights {
 const PLANE_RADIUS: f32 = 1e11;
 
 impl Lights {
-    /// Builds the table for `scene`, with the `triangles` in the world in BVH order. Probabilities are proportional
-    /// to power: π × area × luminance of the emitted radiance for primitives, and the power sent
-    /// into the scene for point, spot and directional lights. An environment map that is not black
-    /// has probability 1/2, or 1 if there are no other lights.
+    /// Builds the table for `scene`, with the `triangles` in the world in BVH order. Probabilities
+    /// are proportional to power: π × area × luminance of the emitted radiance for primitives, and
+    /// the power sent into the scene for point, spot and directional lights. An environment map
+    /// that is not black has probability 1/2, or 1 if there are no other lights.
     pub fn new(scene: &Scene, triangles: &[Triangle]) -> Self {
         let emitted = |material: u32| f64::from(scene.materials[material as usize].light_pdf);
         let areas = areas(&scene.spheres, &scene.flats, triangles);

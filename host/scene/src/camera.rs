@@ -1,7 +1,7 @@
 //! The camera: its pose, and how scene files and scenes between ranks write it.
 
 use crate::values::{
-    Coordinate, Defocus, FieldOfView, Length, MAX_MAGNITUDE, MIN_MAGNITUDE, Point, point_text, vector,
+    Coordinate, Defocus, FieldOfView, Length, MAX_MAGNITUDE, MIN_MAGNITUDE, Point, point_text, some, vector,
 };
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
@@ -9,8 +9,8 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 use std::f64::consts::FRAC_PI_2;
 
-/// A camera in the world, of a thin lens or a parallel projection; lengths in scene units, angles in
-/// radians. Its bytes are sent between ranks and are part of a scene's digest.
+/// A camera in the world, of a thin lens or a parallel projection; lengths in scene units, angles
+/// in radians. Its bytes are sent between ranks and are part of a scene's digest.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct CameraPose {
@@ -152,10 +152,10 @@ pub struct Camera {
     #[serde(default = "default_up")]
     pub up: Point,
     /// Vertical angle of the whole image, for a perspective.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "some")]
     pub vertical_fov: Option<FieldOfView>,
     /// Height of the view, for a parallel projection.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "some")]
     pub height: Option<Length>,
     /// Cone angle from a point in focus to the lens; 0, the default, for a pinhole.
     #[serde(default = "default_defocus")]

@@ -86,8 +86,7 @@ impl<'a> Models<'a> {
             }
         };
         let (_, model) = &mut read[known];
-        let meshes = &scene.meshes;
-        model.reserve(meshes, material, &mut self.budget).map_err(|fault| source.at(file, fault))?;
+        model.reserve(scene, material, &mut self.budget).map_err(|fault| source.at(file, fault))?;
         model
             .copy(scene, transform, material)
             .map_err(|fault| source.at(file, format!("\"{}\" with this transform: {fault}", file.name)))
@@ -131,18 +130,27 @@ impl Model {
         }
     }
 
-    /// Checks that there is memory for a copy.
+    /// Checks that there is memory for a copy: for the triangles of meshes that emit, which are
+    /// copied for each instance.
     fn reserve(
         &self,
-        meshes: &[Mesh],
+        scene: &Description,
         material: Option<usize>,
         room: &mut MemoryBudget,
     ) -> Result<(), String> {
         let from = self.meshes.values().min().copied().unwrap_or_default();
         if !self.meshes.contains_key(&material) {
-            meshes[from..from + self.materials.len()].iter().try_for_each(|mesh| room.store(mesh))?;
+            let own = &scene.meshes[from..from + self.materials.len()];
+            own.iter().try_for_each(|mesh| room.store(mesh))?;
         }
-        room.instances(self.instances.len())
+        self.instances.iter().try_for_each(|instance| {
+            let mesh = &scene.meshes[from + instance.mesh];
+            let surface = scene.materials.get(material.unwrap_or(self.materials[instance.mesh]));
+            match surface.is_some_and(|surface| surface.emission.max_element() > 0.0) {
+                true => room.place(mesh, mesh.has_attributes()),
+                false => room.instances(1),
+            }
+        })
     }
 
     fn copy(

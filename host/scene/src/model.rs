@@ -30,8 +30,8 @@ pub(super) struct Completed {
     pub notes: Vec<String>,
 }
 
-/// What a model lacks: a camera that sees all of it; the studio's light, unless its own lights
-/// carry the image; a sun; and a ground, if it has neither camera nor light.
+/// Parts that a model lacks: a camera that sees all of it; the studio's light, unless its own
+/// lights carry the image; a sun; and a ground, if it has neither camera nor light.
 #[derive(Clone, Debug)]
 pub(super) struct Additions {
     camera: Option<CameraPose>,

@@ -210,8 +210,8 @@ unsafe fn store<T>(array: &Written<'_, T>, index: u32, value: T) {
 /// First binding of the arrays that render kernels write: output, compensations, counter, AOV sums.
 const WRITTEN: usize = 10;
 
-/// First binding of the wide BVH: roots of the world and of each instance, nodes, packets of spheres
-/// and of triangles.
+/// First binding of the wide BVH: roots of the world and of each instance, nodes, packets of
+/// spheres and of triangles.
 const WIDE_TREE: usize = 14;
 
 /// Returns the scene of a render kernel. Its wide BVH is empty for the other kernels.

@@ -103,9 +103,9 @@ pub struct JobArgs {
     #[arg(long, value_enum)]
     pub bvh_quality: Option<BvhQuality>,
 
-    /// Meshes that several objects place: stored once and traced through their transforms, or copied
-    /// for each object, which is faster; affects the image by rounding only. Auto shares a mesh if
-    /// its copies would have a million triangles more.
+    /// Meshes that several objects place: stored once and traced through their transforms, or
+    /// copied for each object, which is faster; affects the image by rounding only. Auto shares a
+    /// mesh if its copies would have a million triangles more.
     #[arg(long, value_enum, default_value_t = SharingArg::Auto)]
     pub instances: SharingArg,
 

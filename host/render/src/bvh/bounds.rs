@@ -87,8 +87,8 @@ pub(super) fn shifted(index: u32, bounds: &Bounds) -> Bounds {
     Bounds { min: bounds.min + shift, max: bounds.max + shift }
 }
 
-/// Returns the box of an instance: that of the corners of its mesh's box, padded for the rounding of
-/// a ray's way into the mesh's coordinates, which is relative to the coordinates in the world.
+/// Returns the box of an instance: that of the corners of its mesh's box, padded for the rounding
+/// of a ray's way into the mesh's coordinates, which is relative to the coordinates in the world.
 fn instance_bounds(scene: &Scene, instance: &SharedInstance) -> Bounds {
     let corners = || scene.shared.corners(instance);
     let low = corners().fold(DVec3::INFINITY, DVec3::min);

@@ -13,8 +13,8 @@ impl Bvh {
     /// Pads all boxes for rays that start in them, or within `lens` of `eye` along each axis.
     /// Returns the maximum distance of a ray's origin from the world's origin, along each axis, for
     /// which the boxes are padded. Returns `None` and leaves the boxes as they are if there is no
-    /// inner node, if there are instances, or if the padding would make the primitives' boxes much larger, as in a scene
-    /// with fine detail that reaches far.
+    /// inner node, if there are instances, or if the padding would make the primitives' boxes much
+    /// larger, as in a scene with fine detail that reaches far.
     pub fn pad_boxes(&mut self, eye: Vec3, lens: f32) -> Option<Vec3> {
         // In the coordinates of an instance a ray may start anywhere.
         if !self.mesh_roots.is_empty() {

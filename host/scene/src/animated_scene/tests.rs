@@ -79,11 +79,13 @@ fn models_move_and_what_does_not_is_shared() {
 #[test]
 fn the_records_are_those_of_one_time() {
     let (_folder, path) = folder(ANIMATION);
-    let mut scene = load(&path).unwrap();
+    // The ground, as the camera, is that of the start.
+    let plain = Surroundings { ground: Some(false), ..Surroundings::default() };
+    let mut scene = AnimatedScene::load(&path, Includes::Below, &ModelOptions::default(), &plain).unwrap();
     for time in [0.0, 1.25, 0.5] {
         let mut moved = at(&mut scene, time);
         let options = ModelOptions { time: Some(time), ..ModelOptions::default() };
-        let alone = SceneDocument::load_including(&path, Includes::Below, &options).unwrap();
+        let alone = SceneDocument::load_in_surroundings(&path, Includes::Below, &options, &plain).unwrap();
         let alone = alone.lower(Rebase::IDENTITY).unwrap();
         moved.camera = alone.camera;
         assert_eq!(moved.digest(), alone.digest(), "{time}");
