@@ -1,7 +1,7 @@
 //! Models within a scene. Each file is read once and placed wherever an object names it.
 
 use super::CameraPose;
-use super::description::{Description, Instance, Material, Mesh, PunctualLight, TextureUse};
+use super::description::{Description, Instance, Material, PunctualLight, TextureUse};
 use super::error::SceneError;
 use super::format::{Name, Object, SceneFile, Source};
 use super::import::{Folder, ModelOptions};
