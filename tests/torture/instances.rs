@@ -336,7 +336,7 @@ fn t46_closed_rooms(subject: BackendUnderTest) {
     let mut renderer = subject.renderer(&room(true)).expect("it opened before");
     let open = lit(&film(&mut renderer, &settings));
     assert!(open > 2000, "negative control not detected: {open}");
-    report(46, subject, Outcome::Passed, "a closed room of instances is dark".to_owned());
+    report(46, subject, Outcome::Passed, "a closed room of instances is dark");
 }
 
 for_each_backend!(t46_leaving_instances, t46_hits_of_instances, t46_images_of_instances, t46_closed_rooms);
