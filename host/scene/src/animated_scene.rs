@@ -4,7 +4,7 @@ use super::description::Sky;
 use super::import::{self, Folder, Includes, ModelOptions};
 use super::library::Library;
 use super::loader::Loader;
-use super::lower::{self, Looks};
+use super::lower::Looks;
 use super::model::{self, Additions};
 use super::surroundings::Surroundings;
 use super::{Rebase, Scene, SceneDocument, SceneError, Sharing};
@@ -101,8 +101,6 @@ impl AnimatedScene {
             }
             Content::Model { path, additions } => {
                 let model = library.model(path, &ModelOptions::default())?;
-                let refused = |message| SceneError::Inconsistent { file: name.clone(), message };
-                lower::check_memory(&model, *sharing).map_err(refused)?;
                 let additions = match additions {
                     Some(additions) => additions,
                     None => additions.insert(Box::new(Additions::of(&model, surroundings)?)),

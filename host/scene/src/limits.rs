@@ -36,3 +36,8 @@ pub fn is_singular(map: &DAffine3) -> bool {
     };
     flat(map.matrix3) && flat(map.matrix3.transpose())
 }
+
+/// Returns whether the triangle test can compute with a vertex.
+pub(crate) fn is_in_reach(vertex: DVec3) -> bool {
+    vertex.is_finite() && vertex.abs().max_element() <= MAX_VERTEX
+}

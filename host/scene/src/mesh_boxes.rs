@@ -17,6 +17,11 @@ impl MeshBoxes {
         Self(scene.meshes.iter().map(of_mesh).collect())
     }
 
+    /// Returns the minimum and the maximum corner of each mesh.
+    pub fn all(&self) -> impl Iterator<Item = (DVec3, DVec3)> {
+        self.0.iter().copied()
+    }
+
     /// Returns the corners of the box of an instance's mesh, in the world; none for a mesh without
     /// vertices.
     pub fn corners(&self, instance: &Instance) -> impl Iterator<Item = DVec3> + use<> {
@@ -59,23 +64,28 @@ pub(crate) fn of_mesh(mesh: &Mesh) -> (DVec3, DVec3) {
     (low.as_dvec3(), high.as_dvec3())
 }
 
-/// Returns the number of vertices and triangles, counted for each instance.
-fn size(scene: &Description) -> usize {
-    let of = |instance: &Instance| {
-        let mesh = scene.meshes.get(instance.mesh)?;
-        Some(mesh.positions.len().saturating_add(mesh.triangles.len()))
-    };
-    scene.instances.iter().filter_map(of).fold(0, usize::saturating_add)
+/// Returns the number of vertices and triangles of a mesh.
+fn size(scene: &Description, mesh: usize) -> usize {
+    scene.meshes.get(mesh).map_or(0, |mesh| mesh.positions.len().saturating_add(mesh.triangles.len()))
 }
 
-/// Returns whether the scene has too many vertices to examine them for each instance.
+/// Returns whether the scene has too many vertices to examine them for each instance: beyond those of
+/// one instance of each mesh, which took as long to read.
 pub(crate) fn is_large(scene: &Description) -> bool {
-    size(scene) > MAX_EXAMINED
+    let all = scene.instances.iter().map(|instance| size(scene, instance.mesh));
+    let once = (0..scene.meshes.len()).map(|mesh| size(scene, mesh)).fold(0, usize::saturating_add);
+    all.fold(0, usize::saturating_add) > once.saturating_add(MAX_EXAMINED)
 }
 
-/// Returns every `n`-th instance, with the least `n` for which few enough triangles are examined.
-pub(crate) fn sampled(scene: &Description) -> impl Iterator<Item = &Instance> + Clone {
-    scene.instances.iter().step_by(size(scene).div_ceil(MAX_EXAMINED).max(1))
+/// Returns every `n`-th of the instances that `counts` chooses, with the least `n` for which few
+/// enough triangles are examined.
+pub(crate) fn sampled(
+    scene: &Description,
+    counts: impl Fn(&Instance) -> bool,
+) -> impl Iterator<Item = &Instance> {
+    let chosen: Vec<&Instance> = scene.instances.iter().filter(|instance| counts(instance)).collect();
+    let all = chosen.iter().map(|instance| size(scene, instance.mesh)).fold(0, usize::saturating_add);
+    chosen.into_iter().step_by(all.div_ceil(MAX_EXAMINED).max(1))
 }
 
 /// Returns the indices of the instances to examine for findings: all, or of each mesh in a large
@@ -127,11 +137,14 @@ mod tests {
         };
         assert!(is_large(&scene));
         assert_eq!(examined(&scene), [0, 77, 200]);
-        assert_eq!(sampled(&scene).count(), 250);
+        assert_eq!(sampled(&scene, |_| true).count(), 250);
+        // Those that count are not missed between others.
+        let far = |instance: &Instance| instance.transform.translation.x == 9.0;
+        assert_eq!(sampled(&scene, far).count(), 1);
         let boxes = MeshBoxes::of(&scene);
         assert_eq!(boxes.points(&scene, &scene.instances[77], true).next(), Some(DVec3::new(1.5, 1.0, 1.5)));
         scene.instances.truncate(100);
-        assert_eq!((examined(&scene).len(), sampled(&scene).count()), (100, 100));
+        assert_eq!((examined(&scene).len(), sampled(&scene, |_| true).count()), (100, 100));
         assert_eq!(boxes.points(&scene, &scene.instances[7], false).count(), 1 << 16);
     }
 }

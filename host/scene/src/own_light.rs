@@ -3,7 +3,7 @@
 //! Compares the direct irradiance at points spread over the model with that of the sky that would
 //! be added otherwise. Shadows are ignored: the estimate decides about a sky, not about an image.
 
-use super::description::{Description, Material, Mesh, PunctualLight, Texels, TextureImage};
+use super::description::{Description, Instance, Material, Mesh, PunctualLight, Texels, TextureImage};
 use super::mesh_boxes;
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
@@ -145,7 +145,9 @@ fn triangles(
     weight: &dyn Fn(usize) -> f64,
     visit: &mut dyn FnMut(&Mesh, f64, [DVec3; 3]),
 ) {
-    for instance in mesh_boxes::sampled(model) {
+    let counts =
+        |instance: &Instance| model.meshes.get(instance.mesh).is_some_and(|mesh| weight(mesh.material) > 0.0);
+    for instance in mesh_boxes::sampled(model, counts) {
         let Some(mesh) = model.meshes.get(instance.mesh) else { continue };
         let weight = weight(mesh.material);
         if weight <= 0.0 {

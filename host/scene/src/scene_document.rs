@@ -155,8 +155,6 @@ impl SceneDocument {
         name: &str,
         surroundings: &Surroundings,
     ) -> Result<Self, SceneError> {
-        let refused = |message| SceneError::Inconsistent { file: name.to_owned(), message };
-        lower::check_memory(&model, Sharing::Auto).map_err(refused)?;
         let completed = model::complete(model, surroundings)?;
         Ok(Self::of_model(completed, name, surroundings))
     }

@@ -125,10 +125,14 @@ impl Description {
             camera.look_from = space.point(camera.look_from);
             camera.look_at = camera.look_from + axis;
             *camera = camera.map_lengths(|length| length * space.scale);
-            let beyond =
-                || "it goes beyond 1e18, or its focus_distance is not between 1e-18 and 1e18".to_owned();
-            let inside =
-                in_world(camera.look_from) && in_world(camera.look_at) && is_length(camera.focus_distance);
+            let beyond = || {
+                "it goes beyond 1e18, or its focus_distance or height is not between 1e-18 and 1e18"
+                    .to_owned()
+            };
+            let inside = in_world(camera.look_from)
+                && in_world(camera.look_at)
+                && is_length(camera.focus_distance)
+                && (camera.parallel_height == 0.0 || is_length(camera.parallel_height));
             let checked = if inside { camera.check_together() } else { Err(beyond()) };
             checked.map_err(|reason| fault(format!("the camera \"{name}\" is invalid: {reason}")))?;
         }

@@ -107,7 +107,15 @@ impl Bvh {
         let count = scene.primitives() + scene.shared.instances.len();
         memory::check(count, &scene.name, available)?;
         let broken = |message| SceneError::Inconsistent { file: scene.name.clone(), message };
-        let mut bvh = Self::over(&bounds(scene), quality).map_err(broken)?;
+        let boxes = bounds(scene);
+        let mut bvh = Self::over(&boxes, quality).map_err(broken)?;
+        // The levels of the world, an instance and a mesh share a stack.
+        let largest = scene.shared.meshes.iter().map(|mesh| mesh.triangles).max().unwrap_or(0);
+        let levels = largest.checked_next_power_of_two().map_or(64, u64::trailing_zeros) as usize;
+        if largest > 0 && bvh.depth + 1 + levels > STACK_SIZE {
+            bvh = balanced::build(&boxes);
+            bvh.validate(boxes.len()).map_err(broken)?;
+        }
         bvh.order_triangles(scene);
         bvh.append_meshes(scene, quality).map_err(broken)?;
         bvh.append_attributes(scene);

@@ -95,7 +95,7 @@ impl LaunchScene {
         let start = record.origin.abs() + record.lens_x.length();
         // Rays from beyond use the test for boxes without padding. Padded boxes are wider than that
         // needs, so no hit is lost.
-        self.params.padded = start.cmple(self.ray_origin_extent).all();
+        self.params.padded = record.is_parallel == 0 && start.cmple(self.ray_origin_extent).all();
         self.camera = pose;
         Ok(true)
     }

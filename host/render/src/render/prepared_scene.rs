@@ -80,7 +80,11 @@ impl<'a> PreparedScene<'a> {
     fn of(valid: ValidScene<'a>, quality: Option<BvhQuality>, tree: SceneTree, start: Instant) -> Self {
         let (scene, SceneTree { mut bvh, built_cost }) = (valid.get(), tree);
         let camera = camera::record(&scene.camera, 1, 1);
-        let padded_for = bvh.pad_boxes(camera.origin, camera.lens_x.length());
+        // Rays of a parallel projection start beside the camera, as far as the image is wide.
+        let padded_for = match camera.is_parallel {
+            0 => bvh.pad_boxes(camera.origin, camera.lens_x.length()),
+            _ => None,
+        };
         let lights = Lights::new(scene, bvh.world_triangles());
         let seconds = start.elapsed().as_secs_f64();
         let (wide, refitted) = (None, false);

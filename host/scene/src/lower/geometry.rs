@@ -5,7 +5,7 @@
 //! then needs no transforms.
 
 use super::super::description::{Description, Instance, Mesh, Shape, ShapeKind};
-use super::super::limits::MAX_VERTEX;
+use super::super::limits::{MAX_VERTEX, is_in_reach};
 use super::super::memory_budget::MemoryBudget;
 use super::super::shared_meshes::{SharedMeshes, Sharing};
 use super::super::values::MAX_MAGNITUDE;
@@ -85,7 +85,7 @@ fn mesh<'a>(description: &'a Description, instance: &Instance) -> Result<&'a Mes
 
 /// Checks that there is memory for all triangles. This comes before the triangles are read, which
 /// may take long.
-pub(crate) fn check_memory(description: &Description, sharing: Sharing) -> Result<(), String> {
+fn check_memory(description: &Description, sharing: Sharing) -> Result<(), String> {
     let mut room = MemoryBudget::default();
     let mut counted = HashSet::new();
     let shares = sharing::shared(description, sharing);
@@ -224,11 +224,6 @@ impl Geometry {
         }
         Ok(())
     }
-}
-
-/// Returns whether the triangle test can compute with a vertex.
-pub(super) fn is_in_reach(vertex: DVec3) -> bool {
-    vertex.is_finite() && vertex.abs().max_element() <= MAX_VERTEX
 }
 
 /// Returns a tangent in the world, encoded. A mirroring transform turns the bitangent, which the

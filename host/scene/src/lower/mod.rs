@@ -11,7 +11,6 @@ mod sharing;
 mod tangents;
 mod texture;
 
-pub(super) use geometry::check_memory;
 pub(super) use ground::place as place_ground;
 pub(super) use looks::Looks;
 

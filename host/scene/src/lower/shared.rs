@@ -1,9 +1,9 @@
 //! Stores meshes that instances share, and their instances.
 
 use super::super::description::Mesh;
-use super::super::limits::MAX_VERTEX;
+use super::super::limits::{MAX_VERTEX, is_in_reach};
 use super::super::shared_meshes::{SharedInstance, SharedMesh};
-use super::geometry::{Geometry, is_in_reach};
+use super::geometry::Geometry;
 use super::tangents::CornerTangents;
 use glam::{DAffine3, Vec3};
 

@@ -1,6 +1,8 @@
 //! Decides which instances of a mesh share its triangles, and which get a copy of their own.
 
 use super::super::description::{Description, Instance, Mesh};
+use super::super::limits::is_in_reach;
+use super::super::mesh_boxes::MeshBoxes;
 use super::super::shared_meshes::Sharing;
 use glam::DMat3;
 
@@ -24,13 +26,17 @@ const MAX_CONDITION: f64 = 1e4;
 /// copy for each instance, because each is a light of its own.
 pub fn shared(description: &Description, sharing: Sharing) -> Vec<bool> {
     let mut uses = vec![0u64; description.meshes.len()];
+    let boxes = MeshBoxes::of(description);
+    let own: Vec<bool> = boxes.all().map(|(low, high)| is_in_reach(low) && is_in_reach(high)).collect();
     let able: Vec<bool> = description
         .instances
         .iter()
         .map(|instance| {
             let mesh = description.meshes.get(instance.mesh);
-            let able =
-                sharing != Sharing::Never && mesh.is_some_and(|mesh| fits(description, mesh, instance));
+            let able = sharing != Sharing::Never
+                && mesh.is_some_and(|mesh| fits(description, mesh, instance))
+                && own[instance.mesh]
+                && boxes.corners(instance).all(is_in_reach);
             if able {
                 uses[instance.mesh] += 1;
             }

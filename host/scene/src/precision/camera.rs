@@ -17,8 +17,23 @@ pub(super) fn check(scene: &SceneDocument, image: &ImageSettings, found: &mut Ve
     let Some((name, camera)) = scene.description.cameras.first() else { return };
     let what = || if name == "camera" { name.clone() } else { format!("camera \"{name}\"") };
     let pixel = 2.0 * (0.5 * camera.vertical_fov).tan() / f64::from(image.height.max(1));
-    // Parallel rays have one direction.
+    // Parallel rays have one direction; they start at points that are rounded as those of a lens.
     if camera.parallel_height > 0.0 {
+        let pixel = camera.parallel_height / f64::from(image.height.max(1));
+        let far = geometry::distance(scene.space, camera.look_from);
+        if far * ROUNDING > PIXELS * pixel {
+            found.push(Finding {
+                limit: Limit::FarLens,
+                severity: Severity::Warning,
+                triangles: None,
+                what: what(),
+                quantity: "distance from the origin over a pixel's width",
+                measured: far / pixel,
+                supported: Supported::AtMost(PIXELS / ROUNDING),
+                predicted: Predicted { value: far * ROUNDING / pixel, of: Unit::Pixels },
+                remedy: LENS,
+            });
+        }
         return;
     }
     if ROUNDING / pixel > PIXELS {
