@@ -69,8 +69,8 @@ fn size(scene: &Description, mesh: usize) -> usize {
     scene.meshes.get(mesh).map_or(0, |mesh| mesh.positions.len().saturating_add(mesh.triangles.len()))
 }
 
-/// Returns whether the scene has too many vertices to examine them for each instance: beyond those of
-/// one instance of each mesh, which took as long to read.
+/// Returns whether the scene has too many vertices to examine them for each instance: beyond those
+/// of one instance of each mesh, which took as long to read.
 pub(crate) fn is_large(scene: &Description) -> bool {
     let all = scene.instances.iter().map(|instance| size(scene, instance.mesh));
     let once = (0..scene.meshes.len()).map(|mesh| size(scene, mesh)).fold(0, usize::saturating_add);
