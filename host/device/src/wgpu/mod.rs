@@ -39,7 +39,7 @@ const STORAGE: BufferUsages =
     BufferUsages::STORAGE.union(BufferUsages::COPY_DST).union(BufferUsages::COPY_SRC);
 
 /// Minimum number of bytes of a buffer: an empty array is bound as one record that no kernel reads.
-const MIN_BUFFER: u64 = 112;
+const MIN_BUFFER: u64 = size_of::<trisect_shared::material::Material>() as u64;
 
 /// Number of bytes up to which wgpu's own writes are faster than a mapped buffer.
 const SMALL_WRITE: usize = 1 << 16;
