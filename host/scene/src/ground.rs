@@ -1,5 +1,5 @@
-//! The ground below a model that is rendered by itself: a disc that catches shadows and fades out,
-//! so that its border is not visible.
+//! The ground below a model without a scene file: a disc that catches shadows and fades out, so
+//! that its border is not visible.
 
 use glam::DVec3;
 

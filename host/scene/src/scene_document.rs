@@ -107,7 +107,7 @@ impl SceneDocument {
         Self::read(&text, &name, &folder, options)?.surrounded(surroundings)
     }
 
-    /// Returns the scene, which is not a model by itself, with these surroundings.
+    /// Returns the scene with these surroundings. It is one of a scene file, not a bare model.
     ///
     /// # Errors
     ///
@@ -148,8 +148,7 @@ impl SceneDocument {
     ///
     /// # Errors
     ///
-    /// [`SceneError`] for a model that does not fit into memory, and for a panorama that cannot be
-    /// read.
+    /// [`SceneError`] for a panorama that cannot be read.
     pub fn from_model_in_surroundings(
         model: Description,
         name: &str,

@@ -48,8 +48,7 @@ pub struct Sun {
 }
 
 impl Surroundings {
-    /// Applies the choices to a scene that is not a model by itself. `name` stands for it in
-    /// messages.
+    /// Applies the choices to the scene of a scene file. `name` stands for it in messages.
     ///
     /// # Errors
     ///

@@ -62,7 +62,7 @@ fn made(film: Option<&DeviceFilm>) -> Result<&DeviceFilm, BackendError> {
     film.ok_or_else(|| misuse("no film was prepared"))
 }
 
-/// Returns the scene, or an error if there is none.
+/// Returns the scene; an error without one.
 fn there(scene: Option<&SceneArrays>) -> Result<&SceneArrays, BackendError> {
     scene.ok_or_else(|| misuse(NO_SCENE))
 }
@@ -109,8 +109,8 @@ impl DeviceScene {
         self.device
     }
 
-    /// Replaces the scene by itself at another time. `upload` gets the device and the arrays of
-    /// this scene, and returns those of the other one; after an error there is no scene. What
+    /// Replaces the scene by the same one at another time. `upload` gets the device and the arrays
+    /// of this scene, and returns those of the other one; after an error there is no scene. What
     /// passes keep stays on the device.
     pub fn set_scene<E>(
         &mut self,

@@ -50,9 +50,9 @@ impl Renderer {
         Ok(Self::of(scene.launch_scene(), DeviceScene::new(device, arrays), phases))
     }
 
-    /// Replaces the scene by itself at another time, from the next frame on. What stays the same
-    /// between both, and memory of the same size, is used again. After an error the renderer has no
-    /// scene, and renders nothing.
+    /// Replaces the scene by the same one at another time, from the next frame on. What stays the
+    /// same between both, and memory of the same size, is used again. After an error the renderer
+    /// has no scene, and renders nothing.
     ///
     /// # Errors
     ///

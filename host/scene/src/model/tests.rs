@@ -1,4 +1,4 @@
-//! Tests of the camera, the light and the ground that a model by itself is given.
+//! Tests of the camera, the light and the ground that a model without a scene file gets.
 
 use super::*;
 use crate::description::{Instance, Lambertian, Material, Mesh, PunctualLight};

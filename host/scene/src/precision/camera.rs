@@ -17,26 +17,9 @@ pub(super) fn check(scene: &SceneDocument, image: &ImageSettings, found: &mut Ve
     let Some((name, camera)) = scene.description.cameras.first() else { return };
     let what = || if name == "camera" { name.clone() } else { format!("camera \"{name}\"") };
     let pixel = 2.0 * (0.5 * camera.vertical_fov).tan() / f64::from(image.height.max(1));
-    // Parallel rays have one direction; they start at points that are rounded as those of a lens.
-    if camera.parallel_height > 0.0 {
-        let pixel = camera.parallel_height / f64::from(image.height.max(1));
-        let far = geometry::distance(scene.space, camera.look_from);
-        if far * ROUNDING > PIXELS * pixel {
-            found.push(Finding {
-                limit: Limit::FarLens,
-                severity: Severity::Warning,
-                triangles: None,
-                what: what(),
-                quantity: "distance from the origin over a pixel's width",
-                measured: far / pixel,
-                supported: Supported::AtMost(PIXELS / ROUNDING),
-                predicted: Predicted { value: far * ROUNDING / pixel, of: Unit::Pixels },
-                remedy: LENS,
-            });
-        }
-        return;
-    }
-    if ROUNDING / pixel > PIXELS {
+    let is_parallel = camera.parallel_height > 0.0;
+    // Parallel rays have one direction.
+    if !is_parallel && ROUNDING / pixel > PIXELS {
         found.push(Finding {
             limit: Limit::NarrowView,
             severity: Severity::Warning,
@@ -50,8 +33,12 @@ pub(super) fn check(scene: &SceneDocument, image: &ImageSettings, found: &mut Ve
         });
     }
     let far = geometry::distance(scene.space, camera.look_from);
-    let footprint = pixel * camera.focus_distance;
-    if camera.defocus_angle > 0.0 && far * ROUNDING > PIXELS * footprint {
+    // Starts of parallel rays are rounded as points of a lens are.
+    let footprint = match is_parallel {
+        true => camera.parallel_height / f64::from(image.height.max(1)),
+        false => pixel * camera.focus_distance,
+    };
+    if (is_parallel || camera.defocus_angle > 0.0) && far * ROUNDING > PIXELS * footprint {
         found.push(Finding {
             limit: Limit::FarLens,
             severity: Severity::Warning,
@@ -61,7 +48,30 @@ pub(super) fn check(scene: &SceneDocument, image: &ImageSettings, found: &mut Ve
             measured: far / footprint,
             supported: Supported::AtMost(PIXELS / ROUNDING),
             predicted: Predicted { value: far * ROUNDING / footprint, of: Unit::Pixels },
-            remedy: LENS,
+            remedy: if is_parallel { geometry::FAR } else { LENS },
         });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
+
+    use super::*;
+
+    /// A parallel view far from the origin is found, and one near it is not.
+    #[test]
+    fn parallel_views_far_away() {
+        let found = |x: f64| {
+            let text = format!(
+                "Scene(version: 1, image: (width: 8, height: 1000), materials: {{}}, objects: [],
+                camera: (look_from: ({x:?}, 0, 1), look_at: ({x:?}, 0, 0), height: 1))"
+            );
+            let scene = SceneDocument::parse(&text, "parallel").unwrap();
+            let mut found = Vec::new();
+            check(&scene, &scene.image, &mut found);
+            found.iter().filter(|finding| finding.limit == Limit::FarLens).count()
+        };
+        assert_eq!((found(1e6), found(1.0)), (1, 0));
     }
 }
