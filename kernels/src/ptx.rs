@@ -11,6 +11,7 @@ use core::arch::nvptx::{
 use core::slice::{from_raw_parts, from_raw_parts_mut};
 use core::sync::atomic::AtomicU32;
 use trisect_shared::aovs::AovSums;
+use trisect_shared::attributes::MeshVertex;
 use trisect_shared::buffer::{SharedSlice, load, store};
 use trisect_shared::bvh::BvhNode;
 use trisect_shared::denoise::{self, DenoiseParams, FilteredPixel, GBufferTexel, HistoryPixel};
@@ -27,7 +28,7 @@ use trisect_shared::scene::{Scene, SceneLengths};
 use trisect_shared::sphere::Sphere;
 use trisect_shared::texture::{Texel, Texture};
 use trisect_shared::totals::{self, TotalsParams};
-use trisect_shared::triangle::{Triangle, TriangleShading};
+use trisect_shared::triangle::Triangle;
 
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {
@@ -77,7 +78,7 @@ macro_rules! entry_point {
             materials: *const Material,
             planars: *const Planar,
             triangles: *const Triangle,
-            shading: *const TriangleShading,
+            vertices: *const MeshVertex,
             lights: *const Light,
             textures: *const Texture,
             texels: *const Texel,
@@ -100,7 +101,7 @@ macro_rules! entry_point {
                     materials: from_raw_parts(materials, lengths.materials),
                     planars: from_raw_parts(planars, lengths.planars),
                     triangles: from_raw_parts(triangles, lengths.triangles),
-                    shading: from_raw_parts(shading, lengths.shading),
+                    vertices: from_raw_parts(vertices, lengths.vertices),
                     lights: from_raw_parts(lights, lengths.lights),
                     textures: from_raw_parts(textures, lengths.textures),
                     texels: from_raw_parts(texels, lengths.texels),

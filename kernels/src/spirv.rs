@@ -3,6 +3,7 @@
 use spirv_std::glam::UVec3;
 use spirv_std::spirv;
 use trisect_shared::aovs::AovSums;
+use trisect_shared::attributes::MeshVertex;
 use trisect_shared::buffer::{load, store};
 use trisect_shared::buffer_layout::Packed;
 use trisect_shared::bvh::BvhNode;
@@ -20,7 +21,7 @@ use trisect_shared::scene::Scene;
 use trisect_shared::sphere::Sphere;
 use trisect_shared::texture::{Texel, Texture};
 use trisect_shared::totals::{self, TotalsParams};
-use trisect_shared::triangle::{Triangle, TriangleShading};
+use trisect_shared::triangle::Triangle;
 
 /// Defines a render entry point: `$body` gets the launch record, the scene, the pixel, the output's
 /// buffer, the compensations, the counter and the AOV sums.
@@ -38,7 +39,7 @@ macro_rules! entry_point {
             #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] materials: &[Packed<Material>],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] planars: &[Packed<Planar>],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] triangles: &[Packed<Triangle>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] shading: &[Packed<TriangleShading>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] vertices: &[Packed<MeshVertex>],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 7)] lights: &[Packed<Light>],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 8)] textures: &[Packed<Texture>],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 9)] texels: &[Packed<Texel>],
@@ -54,7 +55,7 @@ macro_rules! entry_point {
             }
             let ($x, $y) = (id.x, $params.row(id.y));
             let $scene = Scene {
-                spheres, nodes, materials, planars, triangles, shading, lights, textures, texels, environment,
+                spheres, nodes, materials, planars, triangles, vertices, lights, textures, texels, environment,
             };
             $body
         }

@@ -1,17 +1,13 @@
-//! Attributes of mesh vertices beyond normals and texture coordinates: tangents, colours, and a
-//! second set of texture coordinates.
-//!
-//! Only triangles of meshes that have some have a record, behind the shading records.
+//! Vertices of meshes: normals and texture coordinates, and for some meshes further attributes:
+//! tangents, colours, and a second set of texture coordinates.
 
+use crate::buffer::load;
 use crate::buffer_layout::Packed;
 use crate::math::{from_half, normalize};
-pub use crate::records::attributes::TriangleAttributes;
+pub use crate::records::attributes::{MeshVertex, VertexAttributes};
 use crate::records::texture::Texel;
-use crate::triangle::TriangleShading;
+use crate::triangle::Triangle;
 use glam::Vec3;
-
-const _: () = assert!(size_of::<TriangleAttributes>() == size_of::<TriangleShading>());
-const _: () = assert!(align_of::<TriangleAttributes>() == align_of::<TriangleShading>());
 
 /// Attributes at a point of a surface. (Vectors begin rows of 16 bytes: naga lays records out so.)
 #[repr(C, align(16))]
@@ -37,40 +33,107 @@ impl SurfaceAttributes {
         Self { tangent: Vec3::ZERO, handedness: 1.0, color: Vec3::ONE, opacity: 1.0, u: 0.0, v: 0.0 };
 }
 
-/// Returns the attributes that stand at `index` of the array of shading records.
+/// Vertices of the corners of a triangle.
+#[derive(Clone, Copy, Debug)]
+pub struct TriangleVertices {
+    /// Vertex of the first corner.
+    pub a: MeshVertex,
+    /// Vertex of the second corner.
+    pub b: MeshVertex,
+    /// Vertex of the third corner.
+    pub c: MeshVertex,
+}
+
+impl TriangleVertices {
+    /// Loads the vertices of a triangle.
+    ///
+    /// # Safety
+    ///
+    /// The triangle's vertices are in range.
+    #[inline(always)]
+    #[allow(unsafe_code, reason = "see buffer")]
+    pub unsafe fn load(vertices: &[Packed<MeshVertex>], of: &Triangle) -> Self {
+        // SAFETY: the caller's promise.
+        unsafe {
+            Self {
+                a: load::<MeshVertex>(vertices, of.vertex_a),
+                b: load::<MeshVertex>(vertices, of.vertex_b),
+                c: load::<MeshVertex>(vertices, of.vertex_c),
+            }
+        }
+    }
+
+    /// Returns the interpolated normal, not of unit length, at these barycentric weights.
+    #[inline(always)]
+    pub fn normal(&self, a: f32, b: f32, c: f32) -> Vec3 {
+        self.a.normal * a + self.b.normal * b + self.c.normal * c
+    }
+
+    /// Returns the texture coordinates u and v at these barycentric weights.
+    #[inline(always)]
+    pub fn uv(&self, a: f32, b: f32, c: f32) -> (f32, f32) {
+        (self.a.u * a + self.b.u * b + self.c.u * c, self.a.v * a + self.b.v * b + self.c.v * c)
+    }
+
+    /// Returns whether the vertices have further attributes.
+    #[inline(always)]
+    pub fn have_attributes(&self) -> bool {
+        self.a.attributes != 0
+    }
+
+    /// Returns the further attributes at these barycentric weights.
+    ///
+    /// # Safety
+    ///
+    /// `vertices` is the array that the vertices were loaded from, and the indices of their
+    /// attributes are in range.
+    #[inline(always)]
+    #[allow(unsafe_code, reason = "see buffer")]
+    pub unsafe fn attributes(
+        &self,
+        vertices: &[Packed<MeshVertex>],
+        a: f32,
+        b: f32,
+        c: f32,
+    ) -> SurfaceAttributes {
+        // SAFETY: the caller's promise.
+        let (of_a, of_b, of_c) = unsafe {
+            (
+                load_attributes(vertices, self.a.attributes),
+                load_attributes(vertices, self.b.attributes),
+                load_attributes(vertices, self.c.attributes),
+            )
+        };
+        let mut found = SurfaceAttributes::NONE;
+        found.tangent = decode_tangent(of_a.tangent) * a
+            + decode_tangent(of_b.tangent) * b
+            + decode_tangent(of_c.tangent) * c;
+        // MikkTSpace gives all vertices of a triangle the same handedness.
+        found.handedness = if of_a.tangent & LEFT_HANDED != 0 { -1.0 } else { 1.0 };
+        found.color = color(of_a.color) * a + color(of_b.color) * b + color(of_c.color) * c;
+        let opacity = |texel: Texel| from_half(texel.blue_alpha >> 16);
+        found.opacity = opacity(of_a.color) * a + opacity(of_b.color) * b + opacity(of_c.color) * c;
+        found.u = of_a.u * a + of_b.u * b + of_c.u * c;
+        found.v = of_a.v * a + of_b.v * b + of_c.v * c;
+        found
+    }
+}
+
+/// Returns the attributes that stand at `index` of the array of vertices.
 ///
 /// # Safety
 ///
-/// `index < shading.len()`, and the host put attributes there.
+/// `index < vertices.len()`.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
-pub unsafe fn load_attributes(shading: &[Packed<TriangleShading>], index: u32) -> TriangleAttributes {
+unsafe fn load_attributes(vertices: &[Packed<MeshVertex>], index: u32) -> VertexAttributes {
     // SAFETY: the caller's promise.
     #[cfg(target_arch = "spirv")]
-    let attributes = unsafe { crate::buffer::load::<TriangleAttributes>(shading, index) };
+    let attributes = unsafe { load::<VertexAttributes>(vertices, index) };
     // SAFETY: the caller's promise.
     #[cfg(not(target_arch = "spirv"))]
-    let attributes = bytemuck::cast(unsafe { crate::buffer::load::<TriangleShading>(shading, index) });
+    let attributes = bytemuck::cast(unsafe { load::<MeshVertex>(vertices, index) });
     attributes
-}
-
-impl TriangleAttributes {
-    /// Returns the attributes at the point with these barycentric weights.
-    #[inline(always)]
-    pub fn at(&self, a: f32, b: f32, c: f32) -> SurfaceAttributes {
-        let mut found = SurfaceAttributes::NONE;
-        found.tangent = decode_tangent(self.tangent_a) * a
-            + decode_tangent(self.tangent_b) * b
-            + decode_tangent(self.tangent_c) * c;
-        // MikkTSpace gives all vertices of a triangle the same handedness.
-        found.handedness = if self.tangent_a & LEFT_HANDED != 0 { -1.0 } else { 1.0 };
-        found.color = color(self.color_a) * a + color(self.color_b) * b + color(self.color_c) * c;
-        let opacity = |texel: Texel| from_half(texel.blue_alpha >> 16);
-        found.opacity = opacity(self.color_a) * a + opacity(self.color_b) * b + opacity(self.color_c) * c;
-        found.u = self.u_a * a + self.u_b * b + self.u_c * c;
-        found.v = self.v_a * a + self.v_b * b + self.v_c * c;
-        found
-    }
 }
 
 #[inline(always)]
@@ -144,22 +207,34 @@ mod tests {
     }
 
     #[test]
+    #[allow(unsafe_code, reason = "see buffer")]
     fn attributes_are_interpolated() {
         let half = |a: f32, b: f32| u32::from(to_half(a)) | u32::from(to_half(b)) << 16;
         let texel = |r, g, b, a| Texel { red_green: half(r, g), blue_alpha: half(b, a) };
-        let record = TriangleAttributes {
-            tangent_a: encode_tangent(Vec3::X, true),
-            tangent_b: encode_tangent(Vec3::X, true),
-            tangent_c: encode_tangent(Vec3::Y, true),
-            color_a: texel(1.0, 0.0, 0.0, 1.0),
-            color_b: texel(0.0, 1.0, 0.0, 1.0),
-            color_c: texel(0.0, 0.0, 1.0, 0.0),
-            u_a: 1.0,
-            v_b: 2.0,
-            u_c: 4.0,
-            ..TriangleAttributes::zeroed()
+        let attributes = |tangent: Vec3, color: Texel, u: f32, v: f32| VertexAttributes {
+            color,
+            u,
+            v,
+            tangent: encode_tangent(tangent, true),
+            pad: [0; 3],
         };
-        let found = record.at(0.5, 0.25, 0.25);
+        let vertex = |attributes: u32| MeshVertex { attributes, ..MeshVertex::zeroed() };
+        // Vertices stand beside their attributes.
+        let array: [MeshVertex; 6] = [
+            vertex(1),
+            bytemuck::cast(attributes(Vec3::X, texel(1.0, 0.0, 0.0, 1.0), 1.0, 0.0)),
+            vertex(3),
+            bytemuck::cast(attributes(Vec3::X, texel(0.0, 1.0, 0.0, 1.0), 0.0, 2.0)),
+            vertex(5),
+            bytemuck::cast(attributes(Vec3::Y, texel(0.0, 0.0, 1.0, 0.0), 4.0, 0.0)),
+        ];
+        let triangle = Triangle { vertex_b: 2, vertex_c: 4, ..Triangle::of([Vec3::ZERO; 3]) };
+        // SAFETY: the indices are those of the array.
+        let found = unsafe {
+            let vertices = TriangleVertices::load(&array, &triangle);
+            assert!(vertices.have_attributes());
+            vertices.attributes(&array, 0.5, 0.25, 0.25)
+        };
         assert_eq!((found.color, found.opacity), (Vec3::new(0.5, 0.25, 0.25), 0.75));
         assert_eq!((found.u, found.v, found.handedness), (1.5, 0.5, -1.0));
         assert_eq!(found.tangent, Vec3::new(0.75, 0.25, 0.0));

@@ -12,8 +12,8 @@
 //! * The children of each `WideNode` of the wide BVH lie inside its arrays, and packets name
 //!   primitives of their kind.
 //! * The other indices of a scene are in range: each primitive's material, each material's
-//!   textures, each texture's texels, the aliases of the environment map; and each triangle has a
-//!   shading record. `trisect::scene` checks them at load, `trisect::render::Renderer` again.
+//!   textures, each texture's texels, the aliases of the environment map; each triangle's vertices
+//!   and their attributes. `trisect::scene` checks them at load, `trisect::render::Renderer` again.
 //! * The primitives and aliases of lights are in range: `trisect::lights` numbers them itself.
 //! * A pixel lies inside the film: kernels compare with
 //!   [`RenderParams`](crate::params::RenderParams), and `trisect` compares its size with that of

@@ -47,7 +47,7 @@ mod spirv {
     use crate::film::{Compensation, PixelSums};
     use crate::planar::Planar;
     use crate::records::aovs::AovSums;
-    use crate::records::attributes::TriangleAttributes;
+    use crate::records::attributes::{MeshVertex, VertexAttributes};
     use crate::records::denoise::{FilteredPixel, GBufferTexel, HistoryPixel};
     use crate::records::environment::EnvironmentTexel;
     use crate::records::first_hit::FirstHit;
@@ -57,7 +57,7 @@ mod spirv {
     use crate::records::material::Material;
     use crate::records::texture::{Texel, Texture};
     use crate::sphere::Sphere;
-    use crate::triangle::{Triangle, TriangleShading};
+    use crate::triangle::Triangle;
     use glam::{UVec2, UVec4, Vec3, Vec4};
 
     macro_rules! rows {
@@ -182,38 +182,26 @@ mod spirv {
     });
     record!(Triangle, Rows3, |r| Triangle {
         a: xyz(r.a),
-        material: r.a.w,
+        vertex_a: r.a.w,
         b: xyz(r.b),
-        instance: 0,
+        vertex_b: r.b.w,
         c: xyz(r.c),
-        pad1: 0
+        vertex_c: r.c.w
     });
-    record!(TriangleShading, Rows4, |r| TriangleShading {
-        normal_a: xyz(r.a),
-        u_a: f(r.a.w),
-        normal_b: xyz(r.b),
-        u_b: f(r.b.w),
-        normal_c: xyz(r.c),
-        u_c: f(r.c.w),
-        v_a: f(r.d.x),
-        v_b: f(r.d.y),
-        v_c: f(r.d.z),
-        attributes: r.d.w
+    record!(MeshVertex, Rows2, |r| MeshVertex {
+        normal: xyz(r.a),
+        material: r.a.w,
+        u: f(r.b.x),
+        v: f(r.b.y),
+        attributes: r.b.z,
+        instance: r.b.w
     });
-    record!(TriangleAttributes, Rows4, |r| TriangleAttributes {
-        tangent_a: r.a.x,
-        tangent_b: r.a.y,
-        tangent_c: r.a.z,
-        pad: 0,
-        color_a: Texel { red_green: r.b.x, blue_alpha: r.b.y },
-        color_b: Texel { red_green: r.b.z, blue_alpha: r.b.w },
-        color_c: Texel { red_green: r.c.x, blue_alpha: r.c.y },
-        u_a: f(r.c.z),
-        v_a: f(r.c.w),
-        u_b: f(r.d.x),
-        v_b: f(r.d.y),
-        u_c: f(r.d.z),
-        v_c: f(r.d.w)
+    record!(VertexAttributes, Rows2, |r| VertexAttributes {
+        color: Texel { red_green: r.a.x, blue_alpha: r.a.y },
+        u: f(r.a.z),
+        v: f(r.a.w),
+        tangent: r.b.x,
+        pad: [0; 3]
     });
     record!(Material, Rows8, |r| Material {
         albedo: xyz(r.a),

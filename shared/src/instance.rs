@@ -4,7 +4,7 @@
 //! A ray keeps its distances: its direction in the mesh's coordinates is not a unit vector. All
 //! triangles of an instance see the same ray, so it meets a mesh without gaps as in the world.
 
-use crate::bvh::{Child, Hit, NO_INSTANCE};
+use crate::bvh::{Hit, NO_INSTANCE};
 use crate::features::{FeatureSet, Features, INSTANCES};
 use crate::params::RenderParams;
 use crate::ray::{OriginPrimitive, Ray};
@@ -152,7 +152,7 @@ impl InstanceEntry {
             x: from[0],
             y: from[1],
             z: from[2],
-            root: Child::EMPTY.0,
+            root: crate::bvh::Child::EMPTY.0,
             first_triangle: 0,
             triangle_count: 0,
             pad: 0,

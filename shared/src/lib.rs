@@ -69,9 +69,9 @@
 //! | [`sphere::Sphere`] | primitive: sphere |
 //! | [`planar::Planar`] | primitive: quad or disc |
 //! | [`triangle::Triangle`] | primitive: triangle |
-//! | [`triangle::TriangleShading`] | triangle |
-//! | [`attributes::TriangleAttributes`] | triangle of a mesh with tangents, colours or second
-//! texture coordinates |
+//! | [`attributes::MeshVertex`] | vertex of a mesh instance |
+//! | [`attributes::VertexAttributes`] | vertex with a tangent, a colour or second texture
+//! coordinates |
 //! | [`material::Material`] | material |
 //! | [`light::Light`] | light that next-event estimation samples |
 //! | [`texture::Texture`] | use of an image |
@@ -143,6 +143,7 @@ pub mod scene;
 pub mod simd;
 pub mod sky;
 pub mod slabs;
+pub mod smooth_surface;
 pub mod sphere;
 pub mod surface;
 pub mod texture;

@@ -3,12 +3,13 @@
 use crate::buffer_layout::Packed;
 use crate::bvh::BvhNode;
 use crate::planar::Planar;
+use crate::records::attributes::MeshVertex;
 use crate::records::environment::EnvironmentTexel;
 use crate::records::light::Light;
 use crate::records::material::Material;
 use crate::records::texture::{Texel, Texture};
 use crate::sphere::Sphere;
-use crate::triangle::{Triangle, TriangleShading};
+use crate::triangle::Triangle;
 
 /// Arrays of a scene. The host proves their indices; see [`crate::buffer`].
 ///
@@ -28,8 +29,9 @@ pub struct Scene<'a> {
     /// Triangles: primitives from [`first_triangle`](crate::params::RenderParams::first_triangle)
     /// on.
     pub triangles: &'a [Packed<Triangle>],
-    /// Shading record of each triangle, then attributes of triangles that have some.
-    pub shading: &'a [Packed<TriangleShading>],
+    /// Vertices of triangles; among them the [attributes](crate::attributes::VertexAttributes) of
+    /// vertices that have some.
+    pub vertices: &'a [Packed<MeshVertex>],
     /// Lights that next-event estimation samples, with their alias table.
     pub lights: &'a [Packed<Light>],
     /// Textures, indexed by materials.
@@ -57,8 +59,8 @@ pub struct SceneLengths {
     pub planars: usize,
     /// Length of [`Scene::triangles`].
     pub triangles: usize,
-    /// Length of [`Scene::shading`].
-    pub shading: usize,
+    /// Length of [`Scene::vertices`].
+    pub vertices: usize,
     /// Length of [`Scene::lights`].
     pub lights: usize,
     /// Length of [`Scene::textures`].
@@ -79,7 +81,7 @@ impl SceneLengths {
             materials: scene.materials.len(),
             planars: scene.planars.len(),
             triangles: scene.triangles.len(),
-            shading: scene.shading.len(),
+            vertices: scene.vertices.len(),
             lights: scene.lights.len(),
             textures: scene.textures.len(),
             texels: scene.texels.len(),

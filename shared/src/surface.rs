@@ -1,7 +1,7 @@
 //! Surface at a hit: position, normals, texture coordinates; and how a ray leaves it. Called by
 //! paths.
 
-use crate::attributes::{SurfaceAttributes, load_attributes};
+use crate::attributes::{SurfaceAttributes, TriangleVertices};
 use crate::buffer::load;
 use crate::bvh::Hit;
 use crate::features::{ATTRIBUTES, FeatureSet, Features, NORMAL_MAPS, TEXTURES};
@@ -12,8 +12,9 @@ use crate::planar::Planar;
 use crate::primitive::{is_planar, is_triangle};
 use crate::ray::Ray;
 use crate::scene::Scene;
+use crate::smooth_surface;
 use crate::sphere::Sphere;
-use crate::triangle::{Shear, Triangle, TriangleShading};
+use crate::triangle::{Shear, Triangle};
 use glam::Vec3;
 
 /// Point of a surface.
@@ -28,6 +29,9 @@ pub struct Surface {
     /// Bound of the distance of `point` from the surface, along `normal`; 0 if the primitive's
     /// number is enough to avoid hitting it again.
     pub error_bound: f32,
+    /// Height, above a triangle on the viewer's side, of the [smooth
+    /// surface](crate::smooth_surface) that the triangle stands for; 0 for other primitives.
+    pub smooth_height: f32,
     /// Texture coordinate u; 0 unless the kernel has textures.
     pub u: f32,
     /// Texture coordinate v; 0 unless the kernel has textures.
@@ -85,6 +89,7 @@ pub unsafe fn at<const POSSIBLE: Features>(
             normal: planar.normal,
             shading_normal: planar.normal,
             error_bound: size.dot(planar.normal.abs()) * ROUNDING,
+            smooth_height: 0.0,
             u: if disc { 0.5 + 0.5 * u } else { u },
             v: if disc { 0.5 - 0.5 * v } else { 1.0 - v }, // an image's top row is its first
             interpolated_normal: planar.normal,
@@ -107,6 +112,7 @@ pub unsafe fn at<const POSSIBLE: Features>(
         normal,
         shading_normal: normal,
         error_bound: 0.0,
+        smooth_height: 0.0,
         u,
         v,
         interpolated_normal: normal,
@@ -151,9 +157,10 @@ unsafe fn triangle<const POSSIBLE: Features>(
     ray: Ray,
     index: u32,
 ) -> (Surface, Vec3) {
-    // SAFETY: the caller's promise; there is a shading record for each triangle.
-    let (triangle, shading) =
-        unsafe { (load::<Triangle>(scene.triangles, index), load::<TriangleShading>(scene.shading, index)) };
+    // SAFETY: the caller's promise.
+    let triangle = unsafe { load::<Triangle>(scene.triangles, index) };
+    // SAFETY: the caller's promise.
+    let vertices = unsafe { TriangleVertices::load(scene.vertices, &triangle) };
     // Intersected again: cheaper than carrying the weights through the traversal.
     let hit = triangle.hit(ray.origin, &Shear::new(ray.direction));
     let (b, c) = (hit.weight_b, hit.weight_c);
@@ -161,30 +168,38 @@ unsafe fn triangle<const POSSIBLE: Features>(
     let (part_a, part_b, part_c) = (triangle.a * a, triangle.b * b, triangle.c * c);
     let size = part_a.abs() + part_b.abs() + part_c.abs();
     let normal = normalize(triangle.normal());
-    let mixed = shading.normal_a * a + shading.normal_b * b + shading.normal_c * c;
+    let mixed = vertices.normal(a, b, c);
     let square = mixed.dot(mixed);
     // Flat shading, or normals that cancel.
     let smooth = if square > 1e-8 { mixed * (1.0 / sqrt(square)) } else { normal };
     let (mut u, mut v) = (0.0, 0.0);
     if features.has(TEXTURES) {
-        u = shading.u_a * a + shading.u_b * b + shading.u_c * c;
-        v = shading.v_a * a + shading.v_b * b + shading.v_c * c;
+        (u, v) = vertices.uv(a, b, c);
     }
     let mut attributes = SurfaceAttributes::NONE;
-    if features.has_any(NORMAL_MAPS | ATTRIBUTES) && shading.attributes != 0 {
-        // SAFETY: the host put the triangle's attributes there.
-        attributes = unsafe { load_attributes(scene.shading, shading.attributes) }.at(a, b, c);
+    if features.has_any(NORMAL_MAPS | ATTRIBUTES) && vertices.have_attributes() {
+        // SAFETY: the caller's promise.
+        attributes = unsafe { vertices.attributes(scene.vertices, a, b, c) };
+    }
+    let point = part_a + part_b + part_c;
+    let error_bound = size.dot(normal.abs()) * ROUNDING;
+    let mut height = 0.0;
+    if square > 1e-8 {
+        let facing = if ray.direction.dot(normal) < 0.0 { normal } else { -normal };
+        height = smooth_surface::height(&triangle, &vertices, point, facing, (a, b, c));
     }
     let surface = Surface {
-        point: part_a + part_b + part_c,
+        point,
         normal,
         shading_normal: if smooth.dot(normal) < 0.0 { -smooth } else { smooth },
-        error_bound: size.dot(normal.abs()) * ROUNDING,
+        error_bound,
+        // A lower one may be rounding.
+        smooth_height: if height > 8.0 * error_bound { height } else { 0.0 },
         u,
         v,
         interpolated_normal: if square > 1e-8 { mixed } else { normal },
         attributes,
-        material: triangle.material,
+        material: vertices.a.material,
     };
     (surface, size)
 }
@@ -227,6 +242,7 @@ unsafe fn placed(params: &RenderParams, scene: Scene, number: u32, surface: Surf
         normal,
         shading_normal: if smooth.dot(normal) < 0.0 { -smooth } else { smooth },
         error_bound: surface.normal.abs().dot(error) * inverse_length * ROUNDING,
+        smooth_height: surface.smooth_height * inverse_length,
         interpolated_normal: along,
         attributes,
         ..surface

@@ -8,54 +8,25 @@ use crate::sphere::MISS;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-/// Vertices of a triangle. 48 bytes. Neighbours hold the same bits for a vertex that they share.
+/// Triangle of a mesh. 48 bytes. Neighbours hold the same bits for a corner that they share.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Triangle {
-    /// First vertex, in scene units.
+    /// First corner, in scene units.
     pub a: Vec3,
-    /// Index into the scene's materials.
-    pub material: u32,
-    /// Second vertex, in scene units; counter-clockwise seen from the front.
+    /// Index of the first corner among the scene's [vertices](crate::attributes::MeshVertex).
+    pub vertex_a: u32,
+    /// Second corner, in scene units; counter-clockwise seen from the front.
     pub b: Vec3,
-    /// Number of the mesh instance that the triangle belongs to, from 0; for the host only.
-    pub instance: u32,
-    /// Third vertex, in scene units.
+    /// Index of the second corner's vertex.
+    pub vertex_b: u32,
+    /// Third corner, in scene units.
     pub c: Vec3,
-    /// Unused.
-    pub pad1: u32,
+    /// Index of the third corner's vertex.
+    pub vertex_c: u32,
 }
 
 const _: () = assert!(size_of::<Triangle>() == 48 && align_of::<Triangle>() == 16);
-
-/// Shading data of a triangle. 64 bytes.
-#[repr(C, align(16))]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct TriangleShading {
-    /// Unit normal at the first vertex; zero for flat shading.
-    pub normal_a: Vec3,
-    /// Texture coordinate u at the first vertex.
-    pub u_a: f32,
-    /// Unit normal at the second vertex.
-    pub normal_b: Vec3,
-    /// Texture coordinate u at the second vertex.
-    pub u_b: f32,
-    /// Unit normal at the third vertex.
-    pub normal_c: Vec3,
-    /// Texture coordinate u at the third vertex.
-    pub u_c: f32,
-    /// Texture coordinate v at the first vertex.
-    pub v_a: f32,
-    /// Texture coordinate v at the second vertex.
-    pub v_b: f32,
-    /// Texture coordinate v at the third vertex.
-    pub v_c: f32,
-    /// Index, among the shading records, of the triangle's
-    /// [attributes](crate::attributes::TriangleAttributes), which stand behind them; 0 without.
-    pub attributes: u32,
-}
-
-const _: () = assert!(size_of::<TriangleShading>() == 64 && align_of::<TriangleShading>() == 16);
 
 /// Ray coordinates for the intersection: the coordinate axis nearest to the ray is z, and shearing
 /// makes the ray exactly +z.
@@ -141,6 +112,12 @@ impl Triangle {
     /// Below it, a device that flushes denormals may lose a square that the length needs. A
     /// triangle with less is a line, 1e-15 of its length wide; the host drops it.
     pub const MIN_SQUARE: f32 = 1e-30;
+
+    /// Returns the triangle with these corners, which share the scene's first vertex.
+    #[inline(always)]
+    pub const fn of([a, b, c]: [Vec3; 3]) -> Self {
+        Self { a, vertex_a: 0, b, vertex_b: 0, c, vertex_c: 0 }
+    }
 
     /// Returns the hit of the ray from `origin` on the triangle, from either side.
     ///

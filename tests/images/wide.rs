@@ -10,6 +10,7 @@ use trisect::device::cpu::{Cpu, InstructionSet};
 use trisect::film::Film;
 use trisect::render::{Renderer, Settings, Traversal};
 use trisect::scene::{Scene, SharedInstance, SharedMesh};
+use trisect_shared::attributes::MeshVertex;
 use trisect_shared::bvh::{Hit, NO_INSTANCE, NO_PRIMITIVE, RayQuery};
 use trisect_shared::features::{AVX2, AVX512, FeatureSet, Features, INSTANCES, LINEAR, SHAPES, WIDE};
 use trisect_shared::math::{unit_f32, unit_sphere};
@@ -18,7 +19,7 @@ use trisect_shared::ray::{OriginPrimitive, Ray};
 use trisect_shared::rng::PathKey;
 use trisect_shared::scene as shared;
 use trisect_shared::traversal::closest_hit;
-use trisect_shared::triangle::{Triangle, TriangleShading};
+use trisect_shared::triangle::Triangle;
 use trisect_shared::wide::WideTree;
 use trisect_tests::scene;
 
@@ -39,8 +40,8 @@ fn pick<T: Copy>(from: &[T], word: u32) -> T {
 }
 
 fn triangle(scene: &mut Scene, [a, b, c]: [Vec3; 3]) {
-    scene.triangles.push(Triangle { a, material: 0, b, instance: 0, c, pad1: 0 });
-    scene.shading.push(TriangleShading::zeroed());
+    scene.triangles.push(Triangle::of([a, b, c]));
+    scene.vertices.push(MeshVertex::zeroed());
 }
 
 /// Returns a scene of spheres, quads and triangles placed in the cube from -`size` to `size`.
@@ -91,13 +92,14 @@ fn build(kind: u32, size: f32, count: u32) -> Scene {
 
 /// Returns various rays: from anywhere and from primitives, along axes, with tiny components, and
 /// towards vertices and centres.
-fn rays(scene: &Scene, bvh: &Bvh, size: f32, count: u32) -> Vec<(Ray, RayQuery)> {
+fn rays(scene: &Scene, size: f32, count: u32) -> Vec<(Ray, RayQuery)> {
+    let triangles = scene.numbered_triangles();
     let small = [0.0, -0.0, 1e-45, -1e-38, 1e-20, 1e-8, 1.0, -1.0];
     let all = scene.primitives() as u32;
     (0..count)
         .map(|i| {
             let [w, v] = [words(20, i), words(21, i)];
-            let vertex = bvh.triangles[w[3] as usize % bvh.triangles.len()];
+            let vertex = triangles[w[3] as usize % triangles.len()];
             let origin = match v[0] % 4 {
                 0 => pick(&[vertex.a, vertex.b, (vertex.a + vertex.b + vertex.c) / 3.0], v[1]),
                 1 => scene.spheres[v[1] as usize % scene.spheres.len()].center,
@@ -157,8 +159,8 @@ impl Traced {
             nodes: &self.bvh.nodes,
             materials: &[],
             planars: &self.scene.flats,
-            triangles: &self.bvh.triangles,
-            shading: &[],
+            triangles: &self.scene.numbered_triangles(),
+            vertices: &[],
             lights: &[],
             textures: &[],
             texels: &[],
@@ -211,7 +213,7 @@ fn hits_are_those_of_each_primitive_tested() {
     for (kind, scale) in [(0, 0), (1, 0), (2, 0), (3, 0), (0, -20), (2, -20), (0, 20), (2, 20)] {
         let size = f32::powi(2.0, scale);
         let traced = Traced::new(build(kind, size, 40));
-        let rays = rays(&traced.scene, &traced.bvh, size, 6000);
+        let rays = rays(&traced.scene, size, 6000);
         let want = traced.all::<{ SHAPES | LINEAR }>(WideTree::NONE, &rays);
         let hits = want.iter().filter(|hit| hit.primitive != NO_PRIMITIVE).count();
         assert!(hits * 4 > rays.len(), "scene {kind}: {hits} rays hit");
@@ -269,8 +271,7 @@ fn share(scene: &mut Scene, size: f32) {
         });
         first += count;
     }
-    scene.shared.triangles = all;
-    scene.shared.shading = std::mem::take(&mut scene.shading);
+    scene.shared.triangles = all.to_vec();
     for i in 0..12u32 {
         let w = words(17, i / 2);
         let scale = Vec3::splat(0.3 + unit_f32(w[0])) * if i % 4 < 2 { Vec3::ONE } else { -Vec3::ONE };
@@ -297,7 +298,7 @@ fn hits_in_instances_are_those_of_each_triangle_tested() {
         share(&mut scene, size);
         scene.validate().unwrap();
         let traced = Traced::new(scene);
-        let mut rays = rays(&traced.scene, &traced.bvh, size, 6000);
+        let mut rays = rays(&traced.scene, size, 6000);
         for (i, (ray, _)) in (0..).zip(&mut rays) {
             if ray.origin_primitive != OriginPrimitive::NONE {
                 ray.origin_instance = words(24, i)[0] % 12;
@@ -326,7 +327,7 @@ fn shadow_rays_know_their_target() {
     for kind in 0..4 {
         let traced = Traced::new(build(kind, 1.0, 40));
         let primitives = traced.scene.primitives() as u32;
-        let closest = rays(&traced.scene, &traced.bvh, 1.0, 6000);
+        let closest = rays(&traced.scene, 1.0, 6000);
         let want = traced.all::<{ SHAPES | LINEAR }>(WideTree::NONE, &closest);
         // Half of the lights are the ray's first hit.
         let target = |i: usize| match want[i].primitive {
@@ -364,10 +365,8 @@ fn the_smallest_scenes() {
         scene.spheres.truncate(spheres);
         scene.flats.truncate(flats);
         scene.triangles.truncate(triangles);
-        scene.shading.truncate(triangles);
         let traced = Traced::new(scene);
-        let spare_bvh = Bvh::build(&spare, None).unwrap();
-        let rays = rays(&spare, &spare_bvh, 1.0, 2000);
+        let rays = rays(&spare, 1.0, 2000);
         let want = traced.all::<{ SHAPES | LINEAR }>(WideTree::NONE, &rays);
         for set in sets() {
             assert_eq!(traced.differing(set, traced.wide.tree(), &rays, &want), 0, "{}", set.name());

@@ -21,9 +21,7 @@ use trisect_tests::report::{Outcome, report};
 /// 10¹² only, so that a product of three stays finite.
 fn extremes(count: u32) -> Scene {
     let mut scene = construct::scene(Vec::new(), &[[Vec3::X, Vec3::Y, Vec3::Z]]);
-    let shading = scene.shading[0];
     scene.triangles.clear();
-    scene.shading.clear();
     for i in 0..count {
         let [w, v] = [words(4100, i), words(4101, i)];
         let limit = if i % 4 == 3 { 12.0 } else { 20.0 };
@@ -36,8 +34,7 @@ fn extremes(count: u32) -> Scene {
             0 => scene.spheres.push(Sphere { center: place, radius: size, material: 0, pad: [0; 3] }),
             3 => {
                 let (b, c) = (place + edge_u, place + edge_v);
-                scene.triangles.push(Triangle { a: place, material: 0, b, instance: 0, c, pad1: 0 });
-                scene.shading.push(shading);
+                scene.triangles.push(Triangle::of([place, b, c]));
             }
             kind => {
                 let kind = if kind == 1 { DISC } else { 0 };
@@ -50,7 +47,7 @@ fn extremes(count: u32) -> Scene {
 }
 
 /// Returns the box of a primitive by double precision, whose rounding error is 10⁻⁹ of f32's.
-fn exact_box(scene: &Scene, bvh: &Bvh, primitive: usize) -> (DVec3, DVec3) {
+fn exact_box(scene: &Scene, primitive: usize) -> (DVec3, DVec3) {
     let of = |points: &[DVec3]| {
         let low = points.iter().fold(DVec3::INFINITY, |low, p| low.min(*p));
         (low, points.iter().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p)))
@@ -71,7 +68,7 @@ fn exact_box(scene: &Scene, bvh: &Bvh, primitive: usize) -> (DVec3, DVec3) {
         }
         return of(&[o, o + u, o + v, o + u + v]);
     }
-    let t = &bvh.triangles[primitive - spheres - flats];
+    let t = &scene.triangles[primitive - spheres - flats];
     of(&[exact(t.a), exact(t.b), exact(t.c)])
 }
 
@@ -90,7 +87,7 @@ fn loose(scene: &Scene, bvh: &Bvh) -> (usize, f64) {
             let row = |k: usize| DVec3::new(node.x[k].into(), node.y[k].into(), node.z[k].into());
             let (low, high) = (row(center) - row(half), row(center) + row(half));
             let held = if child.is_leaf() {
-                exact_box(scene, bvh, child.index() as usize)
+                exact_box(scene, child.index() as usize)
             } else {
                 below[child.index() as usize]
             };

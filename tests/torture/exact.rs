@@ -87,7 +87,7 @@ fn margins() {
     assert_eq!((m.distance, m.margin), (4.0, 0.25));
     let m = flat(&Planar { kind: DISC, ..q }, Vec3::new(1.25, 0.0, 4.0), Vec3::NEG_Z);
     assert_eq!((m.distance, m.margin), (f64::INFINITY, 0.25));
-    let t = Triangle { a: Vec3::ZERO, material: 0, b: edge_u, instance: 0, c: edge_v, pad1: 0 };
+    let t = Triangle::of([Vec3::ZERO, edge_u, edge_v]);
     let m = triangle(&t, Vec3::new(0.125, 0.5, -4.0), Vec3::Z);
     assert_eq!((m.distance, m.margin), (4.0, 0.125));
     let m = triangle(&t, Vec3::new(-0.125, 0.5, 4.0), Vec3::NEG_Z);

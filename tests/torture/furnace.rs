@@ -5,8 +5,9 @@ use bytemuck::Zeroable;
 use glam::Vec3;
 use trisect::render::Settings;
 use trisect::scene::Scene;
+use trisect_shared::attributes::MeshVertex;
 use trisect_shared::math::normalize;
-use trisect_shared::triangle::TriangleShading;
+use trisect_shared::triangle::Triangle;
 use trisect_tests::renders::film;
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::statistics::{GLOBAL_LIMIT, Known};
@@ -193,14 +194,11 @@ fn coarse_ball(material: &str) -> Scene {
     let mut scene = furnace(&format!("\"a\": {material}"), objects, 0.13);
     scene.spheres.clear();
     for triangle in Mesh::octahedron().divided(normalize).triangles() {
-        let shading = TriangleShading {
-            normal_a: triangle.a,
-            normal_b: triangle.b,
-            normal_c: triangle.c,
-            ..TriangleShading::zeroed()
-        };
-        scene.triangles.push(triangle);
-        scene.shading.push(shading);
+        let first = scene.vertices.len() as u32;
+        let vertex = |normal| MeshVertex { normal, ..MeshVertex::zeroed() };
+        scene.vertices.extend([triangle.a, triangle.b, triangle.c].map(vertex));
+        let (vertex_a, vertex_b, vertex_c) = (first, first + 1, first + 2);
+        scene.triangles.push(Triangle { vertex_a, vertex_b, vertex_c, ..triangle });
     }
     scene
 }

@@ -50,5 +50,6 @@ mod scattering;
 mod spheres;
 mod splits;
 mod sums;
+mod terminator;
 mod totals;
 mod triangles;

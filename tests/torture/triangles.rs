@@ -9,7 +9,7 @@ use trisect_probes::trace::CLOSEST;
 use trisect_shared::bvh::NO_PRIMITIVE;
 use trisect_shared::math::{normalize, unit_f32, unit_sphere};
 use trisect_shared::sphere::MISS;
-use trisect_shared::triangle::{Triangle, TriangleShading};
+use trisect_shared::triangle::Triangle;
 use trisect_tests::probe::{ProbeScene, Prober};
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::{BackendUnderTest, for_each_backend};
@@ -203,7 +203,7 @@ fn t28_degenerate_triangles(subject: BackendUnderTest) {
     let (mut all, mut of, mut twin) = (False::default(), 0, 0.0f64);
     for (salt, corners) in (0..).zip(degenerate()) {
         let [a, b, c] = corners;
-        let t = Triangle { a, material: 0, b, instance: 0, c, pad1: 0 };
+        let t = Triangle::of([a, b, c]);
         let rays = at_degenerate(&corners, salt);
         let questions: Vec<Input> = rays.iter().map(|&(o, d)| question(&t, o, d)).collect();
         let outputs = prober.ask("probe_shapes", TRIANGLE, &questions);
@@ -262,13 +262,11 @@ fn t28_normals(subject: BackendUnderTest) {
     assert!(loaded.warnings.iter().any(|text| text.contains(&warning)), "{:?}", loaded.warnings);
     // Negative control: no triangle is dropped.
     let mut all = loaded.clone();
-    let whole = |&[a, b, c]: &[Vec3; 3]| Triangle { a, material: 0, b, instance: 0, c, pad1: 0 };
-    all.triangles = slivers.iter().map(whole).collect();
-    all.shading = vec![<TriangleShading as bytemuck::Zeroable>::zeroed(); slivers.len()];
+    all.triangles = slivers.iter().map(|corners| Triangle::of(*corners)).collect();
     // Traces one ray at each triangle.
     let bad_normals = |scene: &trisect::scene::Scene| -> Option<(usize, usize)> {
         let scene = ProbeScene::new(scene);
-        let triangles = &scene.bvh.triangles;
+        let triangles = &scene.scene.triangles;
         let mut prober = Prober::with_scene(subject, &scene)?;
         let (mut bad, mut hits) = (0, 0);
         let mut questions = Vec::new();

@@ -5,7 +5,9 @@ mod instructions;
 pub use instructions::InstructionSet;
 
 use crate::command::{check_range, check_rows, handle, handles, misuse};
-use crate::{BackendError, Buffer, Command, Device, DeviceInfo, DeviceKind, Dispatch, HostMemory};
+use crate::{
+    BackendError, Buffer, Command, Device, DeviceInfo, DeviceKind, Dispatch, HostMemory, LentRecords,
+};
 use crate::{MathMode, RowTarget, Schedule, Traversal};
 use rayon::ThreadPool;
 use rayon::prelude::*;
@@ -125,6 +127,14 @@ fn describe_with(threads: usize, instructions: InstructionSet) -> DeviceInfo {
     }
 }
 
+/// Returns the memory of a buffer that commands may write to.
+fn writable(buffer: &Buffer) -> Result<&HostMemory, BackendError> {
+    match handle::<HostMemory>(buffer, NAME)? {
+        memory if memory.is_lent() => Err(misuse(NAME, "the buffer is the scene's own memory")),
+        memory => Ok(memory),
+    }
+}
+
 /// Lends bytes of a buffer.
 ///
 /// # Safety
@@ -156,11 +166,16 @@ impl Device for Cpu {
         Ok(Buffer::new(HostMemory::new(count), bytes))
     }
 
+    fn adopt(&mut self, records: &LentRecords) -> Option<Buffer> {
+        let bytes = records.bytes().len() as u64;
+        Some(Buffer::new(HostMemory::lent(records.clone()), bytes))
+    }
+
     #[allow(unsafe_code, reason = "buffers are addresses")]
     fn write(&mut self, to: &Buffer, first: u64, from: &[u8]) -> Result<(), BackendError> {
         check_range(NAME, to, first, from.len() as u64)?;
         // SAFETY: the range was checked, and no launch runs outside of `run`.
-        let to = unsafe { bytes(handle(to, NAME)?, first, from.len() as u64) };
+        let to = unsafe { bytes(writable(to)?, first, from.len() as u64) };
         self.pool.install(|| {
             to.par_chunks_mut(FILL).zip(from.par_chunks(FILL)).for_each(|(to, from)| to.copy_from_slice(from))
         });
@@ -183,14 +198,14 @@ impl Device for Cpu {
                     Command::Fill { buffer, first, bytes: count, ones } => {
                         check_range(NAME, buffer, first, count)?;
                         // SAFETY: the range was checked, and commands run one after another.
-                        let bytes = unsafe { bytes(handle(buffer, NAME)?, first, count) };
+                        let bytes = unsafe { bytes(writable(buffer)?, first, count) };
                         let value = if ones { u8::MAX } else { 0 };
                         bytes.par_chunks_mut(FILL).for_each(|part| part.fill(value));
                     }
                     Command::Copy { from, to, bytes: count } => {
                         check_range(NAME, from, 0, count)?;
                         check_range(NAME, to, 0, count)?;
-                        let (from, to) = (handle::<HostMemory>(from, NAME)?, handle::<HostMemory>(to, NAME)?);
+                        let (from, to) = (handle::<HostMemory>(from, NAME)?, writable(to)?);
                         // SAFETY: the ranges were checked, and `copy` allows that they overlap.
                         unsafe { std::ptr::copy(from.first(), to.first(), count as usize) };
                     }

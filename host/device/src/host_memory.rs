@@ -3,6 +3,8 @@
 
 use bytemuck::{Pod, Zeroable};
 use std::alloc::{Layout, alloc_zeroed, dealloc, handle_alloc_error};
+use std::any::Any;
+use std::fmt;
 use std::marker::PhantomData;
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
@@ -14,9 +16,54 @@ use std::sync::Arc;
 pub struct HostMemory {
     first: *mut u8,
     bytes: usize,
-    /// Allocation that this process frees, which contains the bytes; `None` for memory that several
-    /// processes share.
-    own: Option<(*mut u8, Layout)>,
+    owner: Owner,
+}
+
+/// What keeps memory valid.
+#[derive(Debug)]
+enum Owner {
+    /// An allocation, which contains the bytes, and which this value frees.
+    Allocation(*mut u8, Layout),
+    /// Records that are only read.
+    Records(#[allow(dead_code, reason = "it keeps the records")] LentRecords),
+    /// Whoever shares the memory of several processes.
+    Elsewhere,
+}
+
+/// Records in host memory that do not change while a device reads them in place.
+#[derive(Clone)]
+pub struct LentRecords {
+    /// Keeps the records in place.
+    owner: Arc<dyn Any + Send + Sync>,
+    first: *const u8,
+    bytes: usize,
+}
+
+// SAFETY: it is the address of records that its owner, which is `Send` and `Sync`, keeps.
+unsafe impl Send for LentRecords {}
+// SAFETY: as above; nothing writes to the records.
+unsafe impl Sync for LentRecords {}
+
+impl LentRecords {
+    /// Lends records.
+    pub fn of<T: Pod + Send + Sync>(records: Arc<Vec<T>>) -> Self {
+        let (first, bytes) = (records.as_ptr().cast(), size_of_val(records.as_slice()));
+        Self { owner: records, first, bytes }
+    }
+
+    /// Returns the bytes of the records.
+    pub fn bytes(&self) -> &[u8] {
+        // SAFETY: the records have these bytes, any of which are valid, and no one can write to them
+        // while `owner` holds them.
+        unsafe { std::slice::from_raw_parts(self.first, self.bytes) }
+    }
+}
+
+impl fmt::Debug for LentRecords {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let owners = Arc::strong_count(&self.owner);
+        write!(formatter, "LentRecords of {} bytes with {owners} owners", self.bytes)
+    }
 }
 
 // SAFETY: it is an address and a length.
@@ -45,7 +92,7 @@ impl HostMemory {
         }
         let before = (start as usize).next_multiple_of(PAGE) - start as usize;
         // SAFETY: less than a page is skipped, and the allocation is a page longer than the bytes.
-        Self { first: unsafe { start.add(before) }, bytes, own: Some((start, layout)) }
+        Self { first: unsafe { start.add(before) }, bytes, owner: Owner::Allocation(start, layout) }
     }
 
     /// Wraps memory that several processes share.
@@ -54,7 +101,18 @@ impl HostMemory {
     ///
     /// From `first`, a multiple of 16, `bytes` bytes stay valid as long as this value is used.
     pub unsafe fn shared(first: *mut u8, bytes: usize) -> Self {
-        Self { first, bytes, own: None }
+        Self { first, bytes, owner: Owner::Elsewhere }
+    }
+
+    /// Wraps records that are only read.
+    pub fn lent(records: LentRecords) -> Self {
+        let (first, bytes) = (records.first.cast_mut(), records.bytes);
+        Self { first, bytes, owner: Owner::Records(records) }
+    }
+
+    /// Returns whether the bytes are lent records, to which no one may write.
+    pub fn is_lent(&self) -> bool {
+        matches!(self.owner, Owner::Records(_))
     }
 
     /// Returns the address of the first byte, a multiple of 16.
@@ -70,7 +128,7 @@ impl HostMemory {
 
 impl Drop for HostMemory {
     fn drop(&mut self) {
-        if let Some((start, layout)) = self.own {
+        if let Owner::Allocation(start, layout) = self.owner {
             // SAFETY: `new` allocated it with this layout.
             unsafe { dealloc(start, layout) };
         }

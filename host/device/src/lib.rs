@@ -20,7 +20,7 @@ pub mod wgpu;
 pub use buffer::Buffer;
 pub use command::{Command, Dispatch};
 pub use error::BackendError;
-pub use host_memory::{HostMemory, HostRecords};
+pub use host_memory::{HostMemory, HostRecords, LentRecords};
 pub use method::{MathMode, Schedule, Traversal};
 pub use rows::RowSet;
 pub use select::{Choice, Selection, list, open};
@@ -98,6 +98,12 @@ pub trait Device: Send {
         let buffer = self.allocate(bytes.len() as u64, what)?;
         self.write(&buffer, 0, bytes)?;
         Ok(buffer)
+    }
+
+    /// Returns a buffer that is the memory of these records, if the device reads host memory in
+    /// place. No command may write to it.
+    fn adopt(&mut self, _records: &LentRecords) -> Option<Buffer> {
+        None
     }
 
     /// Copies `bytes` to a buffer, from its byte `first` on; both are multiples of 4.

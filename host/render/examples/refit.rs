@@ -131,8 +131,8 @@ fn visits(scene: &Scene, bvh: &Bvh) -> [f64; 2] {
         nodes: &bvh.nodes,
         materials: &[],
         planars: &[],
-        triangles: &bvh.triangles,
-        shading: &[],
+        triangles: &scene.triangles,
+        vertices: &[],
         lights: &[],
         textures: &[],
         texels: &[],
@@ -162,7 +162,7 @@ fn visits(scene: &Scene, bvh: &Bvh) -> [f64; 2] {
         if hit.primitive == NO_PRIMITIVE {
             continue;
         }
-        let mut normal = normalize(bvh.triangles[hit.primitive as usize].normal());
+        let mut normal = normalize(scene.triangles[hit.primitive as usize].normal());
         normal *= -normal.dot(ray.direction).signum();
         let origin = ray.origin + ray.direction * hit.distance + normal * (1e-4 * hit.distance);
         let words = key.words(1);

@@ -67,7 +67,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let camera = Renderer::new(Cpu::open(Some(1))?, &scene)?.camera(&settings);
     let start = Instant::now();
     let bvh = Bvh::build(&scene, Some(quality))?;
-    println!("{} triangles; built in {:.2} s", bvh.triangles.len(), start.elapsed().as_secs_f64());
+    println!("{} triangles; built in {:.2} s", scene.triangles.len(), start.elapsed().as_secs_f64());
 
     let wide_bvh = Wide::new(&scene, &bvh)?.ok_or("more triangles than the wide BVH can index")?;
     println!("wide BVH after {:.2} s", start.elapsed().as_secs_f64());
@@ -79,8 +79,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         nodes: &bvh.nodes,
         materials: &[],
         planars: &[],
-        triangles: &bvh.triangles,
-        shading: &[],
+        triangles: &scene.triangles,
+        vertices: &[],
         lights: &[],
         textures: &[],
         texels: &[],
@@ -100,7 +100,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     });
 
     let mut time = Duration::default();
-    let triangles: Vec<ObvhsTriangle> = bvh
+    let triangles: Vec<ObvhsTriangle> = scene
         .triangles
         .iter()
         .map(|t| ObvhsTriangle { v0: Vec3A::from(t.a), v1: Vec3A::from(t.b), v2: Vec3A::from(t.c) })
@@ -125,7 +125,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         if primitive == NO_PRIMITIVE {
             continue;
         }
-        let mut normal = normalize(bvh.triangles[primitive as usize].normal());
+        let mut normal = normalize(scene.triangles[primitive as usize].normal());
         normal *= -normal.dot(ray.direction).signum();
         let w = PathKey { seed: 0, pixel, sample: 0 }.words(1);
         // Starts off the surface, because obvhs has no origin primitive that a ray ignores.
@@ -143,7 +143,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     if let Some(folder) = arguments.next() {
         write(
             Path::new(&folder),
-            &bvh,
+            &scene,
             &[("primary", &primary), ("diffuse", &diffuse), ("shuffled", &shuffled)],
         )?;
         return Ok(());
@@ -291,10 +291,10 @@ fn count(answer: &mut Answer, distance: f32) {
 }
 
 /// Writes the triangles (nine f32 each) and the rays (origin and direction) for other programs.
-fn write(folder: &Path, bvh: &Bvh, sets: &[(&str, &[Ray])]) -> std::io::Result<()> {
+fn write(folder: &Path, scene: &Scene, sets: &[(&str, &[Ray])]) -> std::io::Result<()> {
     let bytes = |numbers: Vec<f32>| -> Vec<u8> { numbers.into_iter().flat_map(f32::to_le_bytes).collect() };
     let vertices = |t: &Triangle| [t.a, t.b, t.c].map(|v| v.to_array()).concat();
-    std::fs::write(folder.join("triangles"), bytes(bvh.triangles.iter().flat_map(vertices).collect()))?;
+    std::fs::write(folder.join("triangles"), bytes(scene.triangles.iter().flat_map(vertices).collect()))?;
     for (name, rays) in sets {
         let numbers = rays.iter().flat_map(|ray| [ray.origin, ray.direction].map(|v| v.to_array()).concat());
         std::fs::write(folder.join(name), bytes(numbers.collect()))?;

@@ -10,8 +10,6 @@ use trisect_shared::light::{AREA, DIRECTIONAL, Light};
 use trisect_shared::material::Material;
 use trisect_shared::math::luminance;
 use trisect_shared::planar::{DISC, Planar};
-use trisect_shared::sphere::Sphere;
-use trisect_shared::triangle::Triangle;
 
 /// The light table of a scene.
 #[derive(Clone, Debug, Default)]
@@ -31,13 +29,13 @@ pub struct Lights {
 const PLANE_RADIUS: f32 = 1e11;
 
 impl Lights {
-    /// Builds the table for `scene`, with the `triangles` in the world in BVH order. Probabilities
+    /// Builds the table for `scene`, Probabilities
     /// are proportional to power: π × area × luminance of the emitted radiance for primitives, and
     /// the power sent into the scene for point, spot and directional lights. An environment map
     /// that is not black has probability 1/2, or 1 if there are no other lights.
-    pub fn new(scene: &Scene, triangles: &[Triangle]) -> Self {
+    pub fn new(scene: &Scene) -> Self {
         let emitted = |material: u32| f64::from(scene.materials[material as usize].light_pdf);
-        let areas = areas(&scene.spheres, &scene.flats, triangles);
+        let areas = areas(scene);
         let mut lights = Vec::new();
         let mut powers = Vec::new();
         for (primitive, (area, material)) in areas.enumerate() {
@@ -50,7 +48,7 @@ impl Lights {
                 powers.push(power);
             }
         }
-        let radius = radius(scene, triangles);
+        let radius = radius(scene);
         for light in &scene.lights {
             let strength = f64::from(luminance(light.intensity));
             let power = if light.kind == DIRECTIONAL {
@@ -110,19 +108,19 @@ fn append_layers(materials: &mut Vec<Material>, scene: &Scene) {
 }
 
 /// Returns the area and the material index of each primitive, in primitive order.
-fn areas(spheres: &[Sphere], flats: &[Planar], triangles: &[Triangle]) -> impl Iterator<Item = (f64, u32)> {
-    let spheres = spheres.iter().map(|s| (4.0 * PI * f64::from(s.radius).powi(2), s.material));
-    let flats = flats.iter().map(|f| (f64::from(f.area), f.material));
-    let triangles = triangles.iter().map(|t| {
+fn areas(scene: &Scene) -> impl Iterator<Item = (f64, u32)> {
+    let spheres = scene.spheres.iter().map(|s| (4.0 * PI * f64::from(s.radius).powi(2), s.material));
+    let flats = scene.flats.iter().map(|f| (f64::from(f.area), f.material));
+    let triangles = scene.triangles.iter().map(|t| {
         let (a, b, c) = (t.a.as_dvec3(), t.b.as_dvec3(), t.c.as_dvec3());
-        (0.5 * (b - a).cross(c - a).length(), t.material)
+        (0.5 * (b - a).cross(c - a).length(), scene.vertices[t.vertex_a as usize].material)
     });
     spheres.chain(flats).chain(triangles)
 }
 
 /// Returns half the diagonal of the bounds of everything except planes; for planes alone, the
 /// distance from the camera to the point it looks at. Both scale with the scene.
-fn radius(scene: &Scene, triangles: &[Triangle]) -> f64 {
+fn radius(scene: &Scene) -> f64 {
     let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
     let mut add = |p: Vec3| (low, high) = (low.min(p), high.max(p));
     for s in &scene.spheres {
@@ -133,7 +131,7 @@ fn radius(scene: &Scene, triangles: &[Triangle]) -> f64 {
     for f in scene.flats.iter().filter(|f| !is_plane(f)) {
         [f.origin, f.origin + f.edge_u, f.origin + f.edge_v].into_iter().for_each(&mut add);
     }
-    for t in triangles {
+    for t in &scene.triangles {
         [t.a, t.b, t.c].into_iter().for_each(&mut add);
     }
     for instance in &scene.shared.instances {

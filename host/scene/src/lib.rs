@@ -34,6 +34,7 @@ mod resolve;
 mod ron_edit;
 mod scene_document;
 mod shared_meshes;
+mod shared_vec;
 mod space;
 mod studio;
 mod surroundings;
@@ -53,6 +54,7 @@ pub use import::is_model;
 pub(crate) use ron_edit::{insert_camera, insert_space};
 pub use scene_document::SceneDocument;
 pub use shared_meshes::{SharedInstance, SharedMesh, SharedMeshes, Sharing};
+pub use shared_vec::SharedVec;
 pub use space::Rebase;
 pub(crate) use space::triple;
 pub use surroundings::{EnvironmentSource, Sun, Surroundings};
@@ -60,7 +62,7 @@ pub use surroundings::{EnvironmentSource, Sun, Surroundings};
 use description::Description;
 use std::path::Path;
 use std::sync::Arc;
-use trisect_shared::attributes::TriangleAttributes;
+use trisect_shared::attributes::{MeshVertex, VertexAttributes};
 use trisect_shared::environment::EnvironmentTexel;
 use trisect_shared::features::{self, Features};
 use trisect_shared::layers::{LayerTextures, MaterialLayers};
@@ -71,7 +73,7 @@ use trisect_shared::planar::Planar;
 use trisect_shared::sky::Sky;
 use trisect_shared::sphere::Sphere;
 use trisect_shared::texture::{NO_TEXTURE, SECOND_SET, Texel, Texture};
-use trisect_shared::triangle::{Triangle, TriangleShading};
+use trisect_shared::triangle::Triangle;
 
 /// A panorama (environment map).
 #[derive(Clone, Debug)]
@@ -103,15 +105,13 @@ pub struct Scene {
     /// Quads and discs; their primitive ids follow those of the spheres.
     pub flats: Vec<Planar>,
     /// Triangles; their primitive ids follow those of the quads and discs.
-    pub triangles: Vec<Triangle>,
-    /// Shading record of each triangle. Its `attributes` is 0 or 1 plus an index into
-    /// [`attributes`](Self::attributes).
-    pub shading: Vec<TriangleShading>,
+    pub triangles: SharedVec<Triangle>,
+    /// Vertices of triangles, in the world and of shared meshes. The attributes of a vertex that
+    /// has some follow it.
+    pub vertices: SharedVec<MeshVertex>,
     /// Meshes that are stored once and placed by instances. Their triangles' primitive ids follow
     /// those of the triangles, and those of the instances come last.
     pub shared: SharedMeshes,
-    /// Further attributes of triangles, in the world and of shared meshes.
-    pub attributes: Vec<TriangleAttributes>,
     /// Materials, indexed by primitives.
     pub materials: Vec<Material>,
     /// Layers of layered materials, with their textures.
@@ -178,10 +178,19 @@ impl Scene {
         self.spheres.len() + self.flats.len() + self.triangles.len()
     }
 
+    /// Returns the triangles as they are numbered: those in the world, then those of shared meshes.
+    pub fn numbered_triangles(&self) -> SharedVec<Triangle> {
+        match self.shared.triangles.as_slice() {
+            [] => self.triangles.clone(),
+            shared => [&self.triangles, shared].concat().into(),
+        }
+    }
+
     /// Returns the features that a kernel needs to render the scene; not
     /// [`NEE`](features::NEE), which the settings decide on.
     pub fn features(&self) -> Features {
         let mut all = 0;
+        let has_attributes = self.attributes().next().is_some();
         let mut needs = |feature: Features, needed: bool| all |= if needed { feature } else { 0 };
         needs(features::SPHERES, !self.spheres.is_empty());
         needs(features::PLANAR, !self.flats.is_empty());
@@ -194,23 +203,23 @@ impl Scene {
             needs(features::EMITTERS, max_component(material.emission) > 0.0);
             needs(features::TEXTURES, material.textures().iter().any(|&texture| texture != NO_TEXTURE));
             needs(features::HOLES, material.flags & (MASKED | BLENDED) != 0);
-            needs(
-                features::NORMAL_MAPS,
-                material.normal_texture != NO_TEXTURE && !self.attributes.is_empty(),
-            );
+            needs(features::NORMAL_MAPS, material.normal_texture != NO_TEXTURE && has_attributes);
         }
         let of_layers = |(_, textures): &(MaterialLayers, LayerTextures)| textures.all();
         needs(features::TEXTURES, self.layers.iter().flat_map(of_layers).any(|of| of != NO_TEXTURE));
         // Directions of facets need the tangents.
-        needs(
-            features::ATTRIBUTES,
-            self.layers.iter().any(|(of, _)| of.anisotropy > 0.0) && !self.attributes.is_empty(),
-        );
-        let white = Texel::WHITE;
-        let is_white =
-            |at: &TriangleAttributes| (at.color_a, at.color_b, at.color_c) == (white, white, white);
+        needs(features::ATTRIBUTES, self.layers.iter().any(|(of, _)| of.anisotropy > 0.0) && has_attributes);
         let second_set = self.textures.iter().any(|texture| texture.flags & SECOND_SET != 0);
-        needs(features::ATTRIBUTES, second_set || !self.attributes.iter().all(is_white));
+        needs(features::ATTRIBUTES, second_set || self.attributes().any(|of| of.color != Texel::WHITE));
         all
+    }
+
+    /// Returns the further attributes of the vertices that have some.
+    fn attributes(&self) -> impl Iterator<Item = VertexAttributes> {
+        let mut rest = self.vertices.iter();
+        std::iter::from_fn(move || {
+            rest.by_ref().find(|vertex| vertex.attributes != 0)?;
+            rest.next().map(|record| bytemuck::cast(*record))
+        })
     }
 }

@@ -3,14 +3,15 @@
 use super::description::{Instance, Mesh};
 use trisect_system::memory;
 
-/// Estimated bytes for each triangle in the world while the BVH is built: records of 112 bytes in
-/// the scene's order and in the BVH's, a node, and the builder's own memory
+/// Estimated bytes for each triangle in the world while the BVH is built: its record of 48 bytes,
+/// half a vertex of 32, a node of 64, the wide BVH, and the builder's own memory
 /// (docs/notebook/triangles-and-trees.md).
-const TRIANGLE: u64 = 450;
+const TRIANGLE: u64 = 200;
 
 /// Estimated further bytes for each triangle with tangents, colours or second texture coordinates:
-/// a record of 64 bytes in both orders, and three tangents.
-const ATTRIBUTES: u64 = 2 * 64 + 3 * 16;
+/// as many records of 32 bytes as there are vertices, which is three if no two triangles share
+/// one, and three tangents of 16 bytes while they are read.
+const ATTRIBUTES: u64 = 3 * 32 + 3 * 16;
 
 /// Requests up to this size are granted without asking the system for its free memory.
 const SMALL: u64 = 64 << 20;

@@ -37,9 +37,10 @@ impl<'a> Reader<'a> {
     }
 }
 
-fn put<T: Pod>(bytes: &mut Vec<u8>, array: &[T]) {
-    bytes.extend_from_slice(&(array.len() as u64).to_ne_bytes());
-    bytes.extend_from_slice(cast_slice(array));
+/// Passes the length of an array and its bytes on.
+fn put<T: Pod>(next: &mut impl FnMut(&[u8]), array: &[T]) {
+    next(&(array.len() as u64).to_ne_bytes());
+    next(cast_slice(array));
 }
 
 impl Scene {
@@ -53,28 +54,27 @@ impl Scene {
             environment: self.environment.as_ref().map(|environment| (environment.width, environment.height)),
         };
         let mut bytes = Vec::new();
-        put(&mut bytes, &serde_json::to_vec(&header).unwrap_or_default());
-        self.put_records(&mut bytes);
+        let mut append = |part: &[u8]| bytes.extend_from_slice(part);
+        put(&mut append, &serde_json::to_vec(&header).unwrap_or_default());
+        self.put_records(&mut append);
         bytes
     }
 
-    /// Appends everything that decides the image, except settings.
-    fn put_records(&self, bytes: &mut Vec<u8>) {
+    /// Passes on everything that decides the image, except settings.
+    fn put_records(&self, bytes: &mut impl FnMut(&[u8])) {
         let environment = self.environment.as_ref();
         let rotation = environment.map_or(0.0, |environment| environment.rotation);
-        bytes.extend_from_slice(bytes_of(&self.camera));
-        bytes.extend_from_slice(bytes_of(&rotation));
-        bytes.extend_from_slice(bytes_of(&self.sky));
+        bytes(bytes_of(&self.camera));
+        bytes(bytes_of(&rotation));
+        bytes(bytes_of(&self.sky));
         put(bytes, environment.map_or(&[], |environment| &environment.texels));
         put(bytes, &self.spheres);
         put(bytes, &self.flats);
         put(bytes, &self.triangles);
-        put(bytes, &self.shading);
+        put(bytes, &self.vertices);
         put(bytes, &self.shared.triangles);
-        put(bytes, &self.shared.shading);
         put(bytes, &self.shared.meshes);
         put(bytes, &self.shared.instances);
-        put(bytes, &self.attributes);
         put(bytes, &self.materials);
         let (layers, of_layers): (Vec<_>, Vec<_>) = self.layers.iter().copied().unzip();
         put(bytes, &layers);
@@ -120,15 +120,13 @@ impl Scene {
             environment,
             spheres: reader.array()?,
             flats: reader.array()?,
-            triangles: reader.array()?,
-            shading: reader.array()?,
+            triangles: reader.array()?.into(),
+            vertices: reader.array()?.into(),
             shared: SharedMeshes {
                 triangles: reader.array()?,
-                shading: reader.array()?,
                 meshes: reader.array()?,
                 instances: reader.array()?,
             },
-            attributes: reader.array()?,
             materials: reader.array()?,
             layers: {
                 let (layers, textures) = (reader.array()?, reader.array()?);
@@ -147,9 +145,9 @@ impl Scene {
 
     /// Returns the SHA-256 of everything that decides the image, except settings.
     pub fn digest(&self) -> [u8; 32] {
-        let mut bytes = Vec::new();
-        self.put_records(&mut bytes);
-        Sha256::digest(&bytes).into()
+        let mut digest = Sha256::new();
+        self.put_records(&mut |part: &[u8]| digest.update(part));
+        digest.finalize().into()
     }
 }
 

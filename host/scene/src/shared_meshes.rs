@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DAffine3, DVec3};
-use trisect_shared::triangle::{Triangle, TriangleShading};
+use trisect_shared::triangle::Triangle;
 
 /// Choice between a copy of a mesh for each of its instances, and instances that share it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -21,8 +21,6 @@ pub enum Sharing {
 pub struct SharedMeshes {
     /// Triangles of all meshes, mesh by mesh, in their meshes' coordinates.
     pub triangles: Vec<Triangle>,
-    /// Shading record of each triangle.
-    pub shading: Vec<TriangleShading>,
     /// Meshes; their triangles follow each other.
     pub meshes: Vec<SharedMesh>,
     /// Instances, in the scene's order.
@@ -88,11 +86,10 @@ impl SharedMeshes {
     /// Returns what is wrong with the numbers of meshes and triangles, if something is.
     pub(crate) fn broken(&self) -> Option<String> {
         let counted = self.meshes.iter().try_fold(0u64, |sum, mesh| sum.checked_add(mesh.triangles));
-        if counted != Some(self.triangles.len() as u64) || self.shading.len() != self.triangles.len() {
+        if counted != Some(self.triangles.len() as u64) {
             return Some(format!(
-                "shared meshes have {} triangles and {} shading records, not as many as they say",
-                self.triangles.len(),
-                self.shading.len()
+                "shared meshes have {} triangles, not as many as they say",
+                self.triangles.len()
             ));
         }
         if let Some(empty) = self.meshes.iter().position(|mesh| mesh.triangles == 0) {

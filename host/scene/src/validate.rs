@@ -1,25 +1,49 @@
 //! Checks what kernels rely on when they read without bounds checks.
 
 use super::{Scene, SceneError};
+use trisect_shared::attributes::MeshVertex;
 use trisect_shared::bsdf::LAYERED;
 use trisect_shared::bvh::Child;
 use trisect_shared::texture::NO_TEXTURE;
 
 impl Scene {
     /// Checks every index that a kernel follows: each primitive's material, each material's
-    /// textures, each texture's texels and the panorama's aliases. Also checks that each triangle
-    /// has a shading record. A loaded scene passes; one that was changed since may not.
+    /// textures, each texture's texels and the panorama's aliases, each triangle's vertices. A
+    /// loaded scene passes; one that was changed since may not.
     pub fn validate(&self) -> Result<(), SceneError> {
         self.broken()
             .map_or(Ok(()), |message| Err(SceneError::Inconsistent { file: self.name.clone(), message }))
+    }
+
+    /// Returns what is wrong with a vertex of a triangle, if something is.
+    fn broken_vertex(&self) -> Option<String> {
+        let (vertices, materials) = (self.vertices.len(), self.materials.len());
+        for t in self.triangles.iter().chain(&self.shared.triangles) {
+            for index in [t.vertex_a, t.vertex_b, t.vertex_c] {
+                let Some(vertex) = self.vertices.get(index as usize) else {
+                    return Some(format!("a triangle has vertex {index}, but there are {vertices} vertices"));
+                };
+                let MeshVertex { material, attributes, .. } = *vertex;
+                if material as usize >= materials {
+                    return Some(format!(
+                        "vertex {index} has material {material}, but there are {materials} materials"
+                    ));
+                }
+                if attributes as usize >= vertices {
+                    return Some(format!(
+                        "vertex {index} has attributes {attributes}, but there are {vertices} vertices"
+                    ));
+                }
+            }
+        }
+        None
     }
 
     fn broken(&self) -> Option<String> {
         let materials = self.materials.len();
         let used = self.spheres.iter().map(|s| s.material);
         let used = used.chain(self.flats.iter().map(|f| f.material));
-        let triangles = self.triangles.iter().chain(&self.shared.triangles);
-        let mut used = used.chain(triangles.map(|t| t.material)).enumerate();
+        let mut used = used.enumerate();
         if let Some((index, material)) = used.find(|&(_, material)| material as usize >= materials) {
             return Some(format!(
                 "primitive {index} has material {material}, but there are {materials} materials"
@@ -32,18 +56,8 @@ impl Scene {
         if let Some(message) = self.shared.broken() {
             return Some(message);
         }
-        if self.shading.len() != self.triangles.len() {
-            return Some(format!(
-                "{} shading records for {} triangles",
-                self.shading.len(),
-                self.triangles.len()
-            ));
-        }
-        let attributes = self.attributes.len();
-        let mut all = self.shading.iter().chain(&self.shared.shading);
-        if let Some(shading) = all.find(|shading| shading.attributes as usize > attributes) {
-            let number = shading.attributes;
-            return Some(format!("a triangle has attributes {number}, but there are {attributes}"));
+        if let Some(message) = self.broken_vertex() {
+            return Some(message);
         }
         let textures = self.textures.len();
         for (index, m) in self.materials.iter().enumerate() {

@@ -240,7 +240,7 @@ unsafe fn scene<'a, const POSSIBLE: Features>(of: &'a Arguments<'_>) -> Scene<'a
             materials: of.read(2),
             planars: of.read(3),
             triangles: of.read(4),
-            shading: of.read(5),
+            vertices: of.read(5),
             lights: of.read(6),
             textures: of.read(7),
             texels: of.read(8),

@@ -36,12 +36,6 @@ impl Boundary {
         Self { f0, f90, terms, again, mean: min(at_once + mean_lost * again, 0.99) }
     }
 
-    /// Returns the roughness.
-    #[inline(always)]
-    pub fn roughness(&self) -> f32 {
-        self.terms.roughness()
-    }
-
     /// Returns the albedo from cosine `cos`, at most 1; `lost` is the share of light from there
     /// that the facets lose.
     #[inline(always)]

@@ -22,21 +22,11 @@ pub(super) struct Coat {
     alpha: f32,
     /// Albedo from the viewer, times the strength.
     pub from_viewer: f32,
-    /// 1 over the light that passes on average.
-    inverse: f32,
-    boundary: Boundary,
 }
 
 impl Coat {
     /// Stands for no coat.
-    pub const NONE: Self = Self {
-        strength: 0.0,
-        alpha: 1.0,
-        normal: Vec3::Z,
-        from_viewer: 0.0,
-        inverse: 1.0,
-        boundary: Boundary::NONE,
-    };
+    pub const NONE: Self = Self { strength: 0.0, alpha: 1.0, normal: Vec3::Z, from_viewer: 0.0 };
 
     /// Returns the coat of a BSDF.
     #[inline(always)]
@@ -47,29 +37,18 @@ impl Coat {
             coat.strength = layers.coat;
             coat.alpha = max(roughness * roughness, MIN_ROUGH_ALPHA);
             coat.normal = if bsdf.is_mapped { bsdf.local_smooth } else { Vec3::Z };
-            coat.boundary = Boundary::new(F0, 1.0, roughness, mean_lost_share(roughness));
-            coat.inverse = 1.0 / (1.0 - coat.strength * coat.boundary.mean);
-            coat.from_viewer = coat.albedo_from(bsdf.local_viewer);
+            let cos = min(max(bsdf.local_viewer.dot(coat.normal), 1e-6), 1.0);
+            let boundary = Boundary::new(F0, 1.0, roughness, mean_lost_share(roughness));
+            coat.from_viewer = coat.strength * boundary.albedo_of(cos, lost_share(cos, roughness));
         }
         coat
     }
 
-    /// Returns the albedo from a direction of the shading frame, times the strength.
+    /// Returns the part of what is below that the viewer sees through the coat. The extension mixes
+    /// by the viewer's angle alone, which returns all light but is not reciprocal.
     #[inline(always)]
-    fn albedo_from(&self, direction: Vec3) -> f32 {
-        let cos = min(max(direction.dot(self.normal), 1e-6), 1.0);
-        self.strength * self.boundary.albedo_of(cos, lost_share(cos, self.boundary.roughness()))
-    }
-
-    /// Returns the parts of the light between the viewer and the direction `i` of the shading frame
-    /// that pass the coat to a narrow lobe below it and out again, and to a wide one.
-    #[inline(always)]
-    pub fn passed(&self, i: Vec3) -> (f32, f32) {
-        if self.strength <= 0.0 {
-            return (1.0, 1.0);
-        }
-        let albedo = self.albedo_from(i);
-        (1.0 - max(self.from_viewer, albedo), (1.0 - self.from_viewer) * (1.0 - albedo) * self.inverse)
+    pub fn passed(&self) -> f32 {
+        1.0 - self.from_viewer
     }
 
     /// Samples a reflected direction of the shading frame.

@@ -1,8 +1,9 @@
 //! glTF's material with its extensions: from outside in a coat, a sheen, a boundary that may be
 //! anisotropic, iridescent and coloured, and below it a diffuse, diffusely passing or clear base.
 //!
-//! Each layer weakens what is below it by the greater of its albedos from both directions, so that
-//! the whole is reciprocal and reflects no more light than arrives.
+//! Each layer weakens what is below it, so that the whole reflects no more light than arrives: a
+//! sheen by the greater of its albedos from both directions and a boundary by both, which is
+//! reciprocal; a coat by its albedo from the viewer, as the extension does.
 
 use super::boundary::{Boundary, dielectric_f0, diffuseness};
 use super::coat::Coat;
@@ -17,6 +18,10 @@ use core::f32::consts::FRAC_1_PI;
 use glam::Vec3;
 
 pub(super) struct Layered;
+
+/// Part of the light that a film may reflect at grazing angles beyond the [`Boundary`] of its
+/// greatest reflectance at normal incidence.
+const FILM_MARGIN: f32 = 0.008;
 
 impl MicrofacetLobe for Layered {
     #[inline(always)]
@@ -90,17 +95,15 @@ impl MicrofacetLobe for Layered {
         if sheen_color > 0.0 {
             cover = min(lobes.cover, 1.0 - sheen_color * sheen::albedo(above.z, layers.sheen_roughness));
         }
-        // A narrow lobe is weakened by the coat's greater albedo, which both are in the mirrored
-        // direction; a wide one as the base is by its boundary.
-        let (uncoated, wide) = lobes.over.passed(above);
+        let cover = cover * lobes.over.passed();
         let clear = m.albedo * ((1.0 - m.metallic) * m.transmission);
         if !facets.reflected {
-            let mut value = clear * (Vec3::ONE - dielectric) * bsdf.dispersed * (facets.value * uncoated);
+            let mut value = clear * (Vec3::ONE - dielectric) * bsdf.dispersed * facets.value;
             let mut pdf = lobes.facet * (1.0 - share) * facets.pdf;
             if !Self::refracts(bsdf) {
-                value += clear * ((1.0 - lobes.boundary.again) * lobes.scale * lost * above.z * wide);
+                value += clear * ((1.0 - lobes.boundary.again) * lobes.scale * lost * above.z);
             }
-            value += layers.diffuse_transmission_color * (layers.diffuse_transmission * base * wide);
+            value += layers.diffuse_transmission_color * (layers.diffuse_transmission * base);
             pdf += lobes.below * above.z * FRAC_1_PI;
             return BsdfEval { value: value * cover, pdf };
         }
@@ -108,12 +111,12 @@ impl MicrofacetLobe for Layered {
         if bsdf.is_mapped {
             diffuse *= bsdf.bump_shadowing(i);
         }
-        let narrow = specular * (facets.value * uncoated);
-        let mut below = (narrow + (lobes.again * (lost * i.z) + diffuse) * wide) * cover;
+        let narrow = specular * facets.value;
+        let mut below = (narrow + lobes.again * (lost * i.z) + diffuse) * cover;
         if sheen_color > 0.0 {
             let half = sheen::half_cosine(bsdf.local_viewer, i);
             let value = sheen::value(bsdf.local_viewer.z, i.z, half, layers.sheen_roughness);
-            below += layers.sheen_color * (value * wide);
+            below += layers.sheen_color * (value * lobes.over.passed());
         }
         let coated = lobes.over.evaluate(bsdf, i);
         BsdfEval {
@@ -265,7 +268,11 @@ impl LayeredLobes {
             viewer_cos = max(o.dot(bsdf.local_mapped), 1e-6);
             lost_of_base = lost_share(viewer_cos, m.roughness);
         }
-        let entered = boundary.entered(viewer_cos, lost_of_base) * FRAC_1_PI;
+        let mut entered = boundary.entered(viewer_cos, lost_of_base);
+        if layers.film > 0.0 {
+            entered = max(entered - FILM_MARGIN, 0.0);
+        }
+        entered *= FRAC_1_PI;
         Self {
             coat: coat * chosen,
             facet: facet * chosen,

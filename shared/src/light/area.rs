@@ -1,7 +1,7 @@
 //! Lights that are emitting primitives: spheres, planar shapes and triangles.
 
 use super::{LightSample, NO_LIGHT, ReferencePoint};
-use crate::attributes::{SurfaceAttributes, load_attributes};
+use crate::attributes::{SurfaceAttributes, TriangleVertices};
 use crate::bsdf::{TexturePoint, load_material, opacity, slots};
 use crate::buffer::load;
 use crate::features::{ATTRIBUTES, FeatureSet, Features, HOLES, TEXTURES};
@@ -12,7 +12,7 @@ use crate::primitive::{is_planar, is_triangle};
 use crate::rng::Words;
 use crate::scene::Scene;
 use crate::sphere::Sphere;
-use crate::triangle::{Triangle, TriangleShading};
+use crate::triangle::Triangle;
 use core::f32::consts::PI;
 use glam::Vec3;
 
@@ -60,16 +60,15 @@ pub(super) unsafe fn sample<const POSSIBLE: Features>(
         target = triangle.a * a + triangle.b * b + triangle.c * c;
         let n = triangle.normal();
         normal = n * (1.0 / sqrt(n.dot(n)));
-        material = triangle.material;
+        // SAFETY: as above.
+        let vertices = unsafe { TriangleVertices::load(scene.vertices, &triangle) };
+        material = vertices.a.material;
         if features.has_any(TEXTURES | ATTRIBUTES) {
+            (texture_u, texture_v) = vertices.uv(a, b, c);
+        }
+        if features.has(ATTRIBUTES) && vertices.have_attributes() {
             // SAFETY: as above.
-            let s = unsafe { load::<TriangleShading>(scene.shading, index) };
-            texture_u = s.u_a * a + s.u_b * b + s.u_c * c;
-            texture_v = s.v_a * a + s.v_b * b + s.v_c * c;
-            if features.has(ATTRIBUTES) && s.attributes != 0 {
-                // SAFETY: the host put the triangle's attributes there.
-                attributes = unsafe { load_attributes(scene.shading, s.attributes) }.at(a, b, c);
-            }
+            attributes = unsafe { vertices.attributes(scene.vertices, a, b, c) };
         }
     } else if is_planar(features, params, primitive) {
         // SAFETY: the caller's promise.

@@ -96,7 +96,10 @@ pub(super) unsafe fn sample_direct_light<const POSSIBLE: Features>(
     // SAFETY: the caller's promise.
     let light = unsafe { light::sample(features, params, scene, from, random, choice) };
     let outside = light.direction.dot(surface.normal) > 0.0;
-    // Light between the horizons of the surface and of its shading normal would leak.
-    let is_possible = (bsdf.cosine(light.direction) > 0.0) == (outside == front);
-    Connection { light, is_possible, inside: !outside }
+    // Light between the horizons of the surface and of its shading normal would leak, unless the
+    // smooth surface lies above.
+    let reflects = bsdf.cosine(light.direction) > 0.0;
+    let is_lifted = reflects && surface.smooth_height > 0.0;
+    let is_possible = reflects == (outside == front) || is_lifted;
+    Connection { light, is_possible, inside: if is_lifted { !front } else { !outside } }
 }

@@ -338,8 +338,11 @@ impl Path {
         self.throughput *= scatter.weight;
         self.continues = !scatter.absorbed;
         if normals.differ {
-            // Light that the shading normal sends through the surface is lost.
-            self.continues &= (scatter.direction.dot(normals.geometric) < 0.0) == scatter.transmitted;
+            // Light that the shading normal sends through the surface is lost, unless the smooth
+            // surface lies above.
+            let is_below = scatter.direction.dot(normals.geometric) < 0.0;
+            let is_lifted = !scatter.transmitted && vertex.surface.smooth_height > 0.0;
+            self.continues &= is_below == scatter.transmitted || is_lifted;
         }
         if features.has(NEE) {
             self.continues &= max_component(self.throughput) > 0.0;

@@ -8,6 +8,7 @@ use crate::material::Material;
 use crate::params::RenderParams;
 use crate::ray::{OriginPrimitive, Ray};
 use crate::scene::Scene;
+use crate::smooth_surface::lift;
 use crate::surface::{self, Surface, bend_shading_normal, mapped_normal};
 use crate::texture::NO_TEXTURE;
 use glam::Vec3;
@@ -84,7 +85,8 @@ impl Vertex {
         }
     }
 
-    /// Returns the ray that leaves the surface in `direction`, to its inside or its outside.
+    /// Returns the ray that leaves the surface in `direction`, to its inside or its outside; light
+    /// that is reflected near the horizon leaves the [smooth surface](crate::smooth_surface).
     #[inline(always)]
     pub(super) fn leave<const POSSIBLE: Features>(
         &self,
@@ -92,13 +94,23 @@ impl Vertex {
         direction: Vec3,
         inside: bool,
     ) -> Ray {
-        let Surface { point, normal, error_bound, .. } = self.surface;
+        let Surface { point, normal, error_bound, smooth_height, .. } = self.surface;
+        let mut origin_primitive = OriginPrimitive::new(self.hit.primitive, inside);
+        let mut height = error_bound;
+        // Light that is reflected, near the horizon of a triangle that stands for a smooth surface.
+        if features.has(TRIANGLES) && smooth_height > 0.0 && inside != self.is_front() {
+            let cos = direction.dot(if inside { -normal } else { normal });
+            height += lift(smooth_height, cos);
+            // Below the horizon the ray may meet its own triangle, from above.
+            if cos < 0.0 {
+                origin_primitive = OriginPrimitive::NONE;
+            }
+        }
         let origin = if features.has_any(PLANAR | TRIANGLES) {
-            surface::offset_ray_origin(point, normal, error_bound, !inside)
+            surface::offset_ray_origin(point, normal, height, !inside)
         } else {
             point
         };
-        let origin_primitive = OriginPrimitive::new(self.hit.primitive, inside);
         Ray { origin, direction, origin_primitive, origin_instance: self.hit.instance }
     }
 

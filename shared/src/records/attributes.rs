@@ -1,39 +1,42 @@
-//! Record of further attributes of a triangle's vertices.
+//! Records of the vertices of meshes: what shading interpolates.
 
 use super::texture::Texel;
 use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
 
-/// Attributes at the vertices of a triangle. 64 bytes, as
-/// [`TriangleShading`](crate::triangle::TriangleShading), in whose array it stands.
+/// Vertex of a mesh instance, without its position. 32 bytes.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct TriangleAttributes {
-    /// Tangent at the first vertex; see [`decode_tangent`](crate::attributes::decode_tangent).
-    pub tangent_a: u32,
-    /// Tangent at the second vertex.
-    pub tangent_b: u32,
-    /// Tangent at the third vertex.
-    pub tangent_c: u32,
-    /// Unused.
-    pub pad: u32,
-    /// Linear colour and opacity at the first vertex, which multiply the material's.
-    pub color_a: Texel,
-    /// Linear colour and opacity at the second vertex.
-    pub color_b: Texel,
-    /// Linear colour and opacity at the third vertex.
-    pub color_c: Texel,
-    /// Texture coordinate u of the second set at the first vertex.
-    pub u_a: f32,
-    /// Texture coordinate v of the second set at the first vertex.
-    pub v_a: f32,
-    /// Texture coordinate u of the second set at the second vertex.
-    pub u_b: f32,
-    /// Texture coordinate v of the second set at the second vertex.
-    pub v_b: f32,
-    /// Texture coordinate u of the second set at the third vertex.
-    pub u_c: f32,
-    /// Texture coordinate v of the second set at the third vertex.
-    pub v_c: f32,
+pub struct MeshVertex {
+    /// Unit normal; zero for flat shading.
+    pub normal: Vec3,
+    /// Index into the scene's materials; the same for all corners of a triangle.
+    pub material: u32,
+    /// Texture coordinate u.
+    pub u: f32,
+    /// Texture coordinate v.
+    pub v: f32,
+    /// Index, in the array of vertices, of the vertex's [attributes](VertexAttributes); 0 without.
+    pub attributes: u32,
+    /// Number of the mesh instance that the vertex belongs to, from 0; for the host only.
+    pub instance: u32,
 }
 
-const _: () = assert!(size_of::<TriangleAttributes>() == 64 && align_of::<TriangleAttributes>() == 16);
+/// Further attributes of a vertex. 32 bytes, as [`MeshVertex`], in whose array they stand.
+#[repr(C, align(16))]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct VertexAttributes {
+    /// Linear colour and opacity, which multiply the material's.
+    pub color: Texel,
+    /// Texture coordinate u of the second set.
+    pub u: f32,
+    /// Texture coordinate v of the second set.
+    pub v: f32,
+    /// Tangent; see [`decode_tangent`](crate::attributes::decode_tangent).
+    pub tangent: u32,
+    /// Unused.
+    pub pad: [u32; 3],
+}
+
+const _: () = assert!(size_of::<MeshVertex>() == 32 && align_of::<MeshVertex>() == 16);
+const _: () = assert!(size_of::<VertexAttributes>() == 32 && align_of::<VertexAttributes>() == 16);

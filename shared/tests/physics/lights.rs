@@ -6,6 +6,7 @@ use crate::statistics::{Mean, samples, words};
 use bytemuck::Zeroable;
 use core::f64::consts::PI;
 use glam::{DVec3, Vec3};
+use trisect_shared::attributes::MeshVertex;
 use trisect_shared::bsdf::LAMBERTIAN;
 use trisect_shared::bvh::NO_PRIMITIVE;
 use trisect_shared::features::{EMITTERS, FeatureSet, SHAPES};
@@ -16,7 +17,7 @@ use trisect_shared::planar::{DISC, Planar, QUAD};
 use trisect_shared::ray::OriginPrimitive;
 use trisect_shared::scene::Scene;
 use trisect_shared::sphere::{MISS, Sphere};
-use trisect_shared::triangle::{Triangle, TriangleShading};
+use trisect_shared::triangle::Triangle;
 
 const F: u32 = EMITTERS | SHAPES;
 
@@ -78,13 +79,13 @@ fn draw(shape: Shape, from: ReferencePoint, factor: f32, mut each: impl FnMut(&L
     (material.emission, material.light_pdf, material.flags) = (Vec3::ONE, light_pdf, EMITS_BOTH_SIDES);
     let mut light = Light::zeroed();
     light.threshold = u32::MAX;
-    let shading = [TriangleShading::zeroed()];
+    let vertices = [MeshVertex::zeroed()];
     let (materials, lights) = ([material], [light]);
     let scene = Scene {
         spheres,
         planars: flats,
         triangles,
-        shading: &shading,
+        vertices: &vertices,
         materials: &materials,
         lights: &lights,
         ..NO_SCENE
@@ -241,7 +242,7 @@ fn discs() {
 #[test]
 fn triangles() {
     let [a, b, c] = [Vec3::new(0.0, 1.0, 2.0), Vec3::new(1.5, 0.0, 2.5), Vec3::new(0.5, -1.0, 1.0)];
-    let t = Triangle { a, b, c, material: 0, instance: 0, pad1: 0 };
+    let t = Triangle::of([a, b, c]);
     for point in POINTS {
         let want = of_triangle(point, [a, b, c].map(|v| v.as_dvec3()));
         check(&format!("triangle from {point}"), Shape::Triangle(t), point, want);

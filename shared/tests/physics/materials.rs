@@ -19,7 +19,7 @@ pub const NO_SCENE: Scene = Scene {
     materials: &[],
     planars: &[],
     triangles: &[],
-    shading: &[],
+    vertices: &[],
     lights: &[],
     textures: &[],
     texels: &[],

@@ -46,7 +46,7 @@ impl Mesh {
     pub fn triangles(&self) -> Vec<Triangle> {
         let triangle = |f: &[usize; 3]| {
             let [a, b, c] = f.map(|i| self.vertices[i]);
-            Triangle { a, b, c, material: 0, instance: 0, pad1: 0 }
+            Triangle::of([a, b, c])
         };
         self.faces.iter().map(triangle).collect()
     }

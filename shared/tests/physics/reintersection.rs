@@ -7,6 +7,7 @@ use crate::statistics::{SLOW, samples, words};
 
 use bytemuck::Zeroable;
 use glam::{DVec3, Vec3};
+use trisect_shared::attributes::MeshVertex;
 use trisect_shared::bvh::Hit;
 use trisect_shared::features::{FeatureSet, SHAPES};
 use trisect_shared::math::{normalize, unit_f32, unit_sphere};
@@ -16,7 +17,7 @@ use trisect_shared::ray::{OriginPrimitive, Ray};
 use trisect_shared::scene::Scene;
 use trisect_shared::sphere::MISS;
 use trisect_shared::surface::{self, Surface, offset_ray_origin};
-use trisect_shared::triangle::{Shear, Triangle, TriangleShading};
+use trisect_shared::triangle::{Shear, Triangle};
 
 fn power(low: f32, high: f32, bits: u32) -> f32 {
     10f32.powf(low + (high - low) * unit_f32(bits))
@@ -57,8 +58,8 @@ fn triangle_rehits(scale: f32, place: Vec3, seed: u32, margin: f32) -> (u32, u32
         .into_iter()
         .map(|t| Triangle { a: t.a * scale + place, b: t.b * scale + place, c: t.c * scale + place, ..t })
         .collect();
-    let shading = vec![TriangleShading::zeroed(); triangles.len()];
-    let scene = Scene { triangles: &triangles, shading: &shading, ..NO_SCENE };
+    let vertices = [MeshVertex::zeroed()];
+    let scene = Scene { triangles: &triangles, vertices: &vertices, ..NO_SCENE };
     let (mut rehits, mut count) = (0, 0);
     for i in 0..40 {
         let w = words(20, seed * 40 + i);
@@ -197,9 +198,9 @@ fn offsets_are_small() {
         let (scale, far) = (power(-4.0, 4.0, w.x), power(-4.0, 6.0, w.y));
         let place = Vec3::new(far, -0.5 * far, 0.25 * far);
         let [a, b, c] = [w.z, w.w, w.z ^ w.w].map(|bits| unit_sphere(bits, w.x ^ w.y) * scale + place);
-        let triangles = [Triangle { a, b, c, material: 0, instance: 0, pad1: 0 }];
-        let shading = [TriangleShading::zeroed()];
-        let scene = Scene { triangles: &triangles, shading: &shading, ..NO_SCENE };
+        let triangles = [Triangle::of([a, b, c])];
+        let vertices = [MeshVertex::zeroed()];
+        let scene = Scene { triangles: &triangles, vertices: &vertices, ..NO_SCENE };
         let target = (a + b + c) / 3.0;
         if let Some(s) = found(scene, 0, target + triangles[0].normal().normalize_or_zero() * scale, target) {
             let moved = (offset_ray_origin(s.point, s.normal, s.error_bound, true) - s.point).length();

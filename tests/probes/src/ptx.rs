@@ -4,6 +4,7 @@
 use crate::record::{Input, Output, ProbeParams};
 use core::arch::nvptx::{_block_dim_x, _block_idx_x, _thread_idx_x, trap};
 use core::slice::from_raw_parts;
+use trisect_shared::attributes::MeshVertex;
 use trisect_shared::bvh::BvhNode;
 use trisect_shared::environment::EnvironmentTexel;
 use trisect_shared::light::Light;
@@ -12,7 +13,7 @@ use trisect_shared::planar::Planar;
 use trisect_shared::scene::{Scene, SceneLengths};
 use trisect_shared::sphere::Sphere;
 use trisect_shared::texture::{Texel, Texture};
-use trisect_shared::triangle::{Triangle, TriangleShading};
+use trisect_shared::triangle::Triangle;
 
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {
@@ -38,7 +39,7 @@ macro_rules! entry_points {
             materials: *const Material,
             planars: *const Planar,
             triangles: *const Triangle,
-            shading: *const TriangleShading,
+            vertices: *const MeshVertex,
             lights: *const Light,
             textures: *const Texture,
             texels: *const Texel,
@@ -60,7 +61,7 @@ macro_rules! entry_points {
                     materials: from_raw_parts(materials, lengths.materials),
                     planars: from_raw_parts(planars, lengths.planars),
                     triangles: from_raw_parts(triangles, lengths.triangles),
-                    shading: from_raw_parts(shading, lengths.shading),
+                    vertices: from_raw_parts(vertices, lengths.vertices),
                     lights: from_raw_parts(lights, lengths.lights),
                     textures: from_raw_parts(textures, lengths.textures),
                     texels: from_raw_parts(texels, lengths.texels),

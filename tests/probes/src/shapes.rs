@@ -38,14 +38,7 @@ pub fn shapes(params: &ProbeParams, _: Scene, input: Input) -> Output {
     let mut out = Output { a: UVec4::ZERO, b: UVec4::ZERO };
     let radius = f32::from_bits(input.a.w);
     let sphere = Sphere { center: vector(input.a), radius, material: 0, pad: [0; 3] };
-    let triangle = Triangle {
-        a: vector(input.a),
-        material: 0,
-        b: vector(input.b),
-        instance: 0,
-        c: vector(input.c),
-        pad1: 0,
-    };
+    let triangle = Triangle::of([vector(input.a), vector(input.b), vector(input.c)]);
     if operation == SPHERE {
         let origin_primitive = OriginPrimitive::new(0, input.d.y != 0);
         let t = sphere.distance(vector(input.b), vector(input.c), input.d.x != 0, origin_primitive);

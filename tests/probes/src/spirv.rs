@@ -3,6 +3,7 @@
 use crate::record::{Input, Output, ProbeParams};
 use spirv_std::glam::UVec3;
 use spirv_std::spirv;
+use trisect_shared::attributes::MeshVertex;
 use trisect_shared::buffer::{load, store};
 use trisect_shared::buffer_layout::Packed;
 use trisect_shared::bvh::BvhNode;
@@ -13,7 +14,7 @@ use trisect_shared::planar::Planar;
 use trisect_shared::scene::Scene;
 use trisect_shared::sphere::Sphere;
 use trisect_shared::texture::{Texel, Texture};
-use trisect_shared::triangle::{Triangle, TriangleShading};
+use trisect_shared::triangle::Triangle;
 
 macro_rules! entry_points {
     ($($module:ident $text:tt,)*) => {$(
@@ -28,7 +29,7 @@ macro_rules! entry_points {
             #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] materials: &[Packed<Material>],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] planars: &[Packed<Planar>],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] triangles: &[Packed<Triangle>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] shading: &[Packed<TriangleShading>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] vertices: &[Packed<MeshVertex>],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 7)] lights: &[Packed<Light>],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 8)] textures: &[Packed<Texture>],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 9)] texels: &[Packed<Texel>],
@@ -40,7 +41,7 @@ macro_rules! entry_points {
                 return;
             }
             let scene = Scene {
-                spheres, nodes, materials, planars, triangles, shading, lights, textures, texels, environment,
+                spheres, nodes, materials, planars, triangles, vertices, lights, textures, texels, environment,
             };
             // SAFETY: the index was checked; the caller validated the scene and provides
             // `params.count` records.

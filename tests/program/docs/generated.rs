@@ -208,7 +208,7 @@ fn all_bindings() -> String {
 fn records() -> String {
     use trisect_shared::{
         aovs::AovSums,
-        attributes::TriangleAttributes,
+        attributes::{MeshVertex, VertexAttributes},
         bvh::BvhNode,
         camera::Camera,
         denoise::{DenoiseParams, FilteredPixel, GBufferTexel, HistoryPixel, PinholeView},
@@ -225,7 +225,7 @@ fn records() -> String {
         sphere::Sphere,
         texture::{Texel, Texture},
         totals::TotalsParams,
-        triangle::{Triangle, TriangleShading},
+        triangle::Triangle,
         wide::{SpherePacket, TrianglePacket, WideNode},
     };
     let mut table = String::from("| record | bytes | alignment | one for each |\n|---|---|---|---|");
@@ -243,8 +243,8 @@ fn records() -> String {
         Sphere "primitive",
         Planar "primitive",
         Triangle "primitive",
-        TriangleShading "triangle",
-        TriangleAttributes "triangle with tangents, colours or second texture coordinates",
+        MeshVertex "vertex of a mesh instance",
+        VertexAttributes "vertex with a tangent, a colour or second texture coordinates",
         Material "material",
         Light "light",
         Texture "use of an image",

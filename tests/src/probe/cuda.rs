@@ -49,7 +49,7 @@ impl Cuda {
             store(&stream, scene.materials)?,
             store(&stream, scene.planars)?,
             store(&stream, scene.triangles)?,
-            store(&stream, scene.shading)?,
+            store(&stream, scene.vertices)?,
             store(&stream, scene.lights)?,
             store(&stream, scene.textures)?,
             store(&stream, scene.texels)?,

@@ -10,9 +10,10 @@ use bytemuck::Zeroable;
 use trisect::bvh::Bvh;
 use trisect::device::BackendError;
 use trisect::lights::Lights;
-use trisect::scene::Scene;
+use trisect::scene::{Scene, SharedVec};
 use trisect_probes::record::{Input, Output, ProbeParams};
 use trisect_shared::params::RenderParams;
+use trisect_shared::triangle::Triangle;
 
 /// Maximum number of questions per launch; they take 32 MiB.
 const BATCH: usize = 1 << 18;
@@ -35,10 +36,11 @@ trait Device {
 pub struct ProbeScene {
     /// Spheres, planar shapes, textures and environment map. A test may change their values, for
     /// instance to impossible ones, but not their number. Changes of other records have no effect:
-    /// triangles are those of `bvh`, materials and lights those of [`ProbeScene::new`].
+    /// triangles, materials and lights are those of [`ProbeScene::new`].
     pub scene: Scene,
     /// BVH of the scene. A negative control may break it.
     pub bvh: Bvh,
+    triangles: SharedVec<Triangle>,
     lights: Lights,
 }
 
@@ -53,20 +55,20 @@ impl ProbeScene {
             Ok(bvh) => bvh,
             Err(error) => panic!("{error}"),
         };
-        let lights = Lights::new(scene, bvh.world_triangles());
-        Self { scene: scene.clone(), bvh, lights }
+        let (triangles, lights) = (scene.numbered_triangles(), Lights::new(scene));
+        Self { scene: scene.clone(), bvh, triangles, lights }
     }
 
     /// Returns the device arrays.
     pub fn records(&self) -> trisect_shared::scene::Scene<'_> {
-        let Self { scene, bvh, lights } = self;
+        let Self { scene, bvh, triangles, lights } = self;
         trisect_shared::scene::Scene {
             spheres: &scene.spheres,
             nodes: &bvh.nodes,
             materials: &lights.materials,
             planars: &scene.flats,
-            triangles: &bvh.triangles,
-            shading: &bvh.shading,
+            triangles,
+            vertices: &scene.vertices,
             lights: &lights.lights,
             textures: &scene.textures,
             texels: &scene.texels,

@@ -97,7 +97,7 @@ impl Wgpu {
             store(device, records.materials),
             store(device, records.planars),
             store(device, records.triangles),
-            store(device, records.shading),
+            store(device, records.vertices),
             store(device, records.lights),
             store(device, records.textures),
             store(device, records.texels),

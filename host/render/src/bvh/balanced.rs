@@ -41,7 +41,7 @@ pub(super) fn build(bounds: &[Bounds]) -> Bvh {
             }
         }
     }
-    Bvh { nodes, depth, ..Bvh::leaf(Child::inner(0)) }
+    Bvh { nodes: nodes.into(), depth, ..Bvh::leaf(Child::inner(0)) }
 }
 
 fn union(bounds: &[Bounds], part: &[u32]) -> Bounds {

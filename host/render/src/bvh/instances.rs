@@ -5,14 +5,12 @@ use super::{Bvh, BvhQuality, balanced};
 use trisect_scene::{Scene, SharedInstance};
 use trisect_shared::bvh::{BvhNode, Child, STACK_SIZE};
 use trisect_shared::instance::InstanceEntry;
-use trisect_shared::triangle::{Triangle, TriangleShading};
 
 impl Bvh {
     /// Appends the trees and triangles of the shared meshes and the records of the instances, and
     /// numbers the leaves of instances behind all primitives.
     pub(super) fn append_meshes(&mut self, scene: &Scene, quality: Option<BvhQuality>) -> Result<(), String> {
         let world = scene.world_primitives();
-        let first_triangle = scene.spheres.len() + scene.flats.len();
         self.first_instance = scene.primitives();
         self.number_instances(world);
         let starts = scene.shared.starts();
@@ -27,9 +25,9 @@ impl Bvh {
                 tree = balanced::build(&boxes);
             }
             depth = depth.max(tree.depth);
-            let first = (first_triangle + self.triangles.len()) as u32;
+            let first = (world + range.start) as u32;
             ranges.push((first, triangles.len() as u32));
-            self.append_tree(&tree, first, triangles, &scene.shared.shading[range]);
+            self.append_tree(&tree, first);
         }
         if !scene.shared.instances.is_empty() && self.depth + 1 + depth > STACK_SIZE {
             return Err(format!(
@@ -56,20 +54,12 @@ impl Bvh {
         number(&mut self.root.0);
     }
 
-    /// Appends the tree of a mesh, and its triangles in the order of its nodes, from number `first`
-    /// on.
-    fn append_tree(&mut self, tree: &Self, first: u32, triangles: &[Triangle], shading: &[TriangleShading]) {
+    /// Appends the tree of a mesh, whose triangles have numbers from `first` on.
+    fn append_tree(&mut self, tree: &Self, first: u32) {
         let nodes = self.nodes.len() as u32;
-        let before = self.triangles.len() as u32;
-        let mut moved = |child: u32| {
-            let child = Child(child);
-            if !child.is_leaf() {
-                return nodes + child.index();
-            }
-            let index = child.index() as usize;
-            self.triangles.push(triangles[index]);
-            self.shading.push(shading[index]);
-            Child::leaf(first + self.triangles.len() as u32 - 1 - before).0
+        let moved = |child: u32| match Child(child).is_leaf() {
+            true => Child::leaf(first + Child(child).index()).0,
+            false => nodes + Child(child).index(),
         };
         let root = Child(moved(tree.root.0));
         for node in &tree.nodes {
@@ -104,11 +94,6 @@ impl Bvh {
     /// without instances a number that no leaf has.
     pub fn first_leaf_of_instances(&self) -> u32 {
         if self.mesh_roots.is_empty() { u32::MAX } else { self.first_instance as u32 }
-    }
-
-    /// Returns the triangles in the world, without those of shared meshes.
-    pub fn world_triangles(&self) -> &[Triangle] {
-        &self.triangles[..self.world_triangles]
     }
 
     /// Returns the inner nodes of all trees, without the records of instances.

@@ -3,9 +3,9 @@
 use trisect_scene::SceneError;
 use trisect_system::memory::display;
 
-/// Bytes for each primitive while its BVH is built and prepared for a device: nodes of the builder,
-/// of the binary and of the wide BVH, and triangles in BVH order.
-const BYTES_PER_PRIMITIVE: u64 = 520;
+/// Bytes for each primitive while its BVH is built and prepared for a device: nodes of the binary
+/// and of the wide BVH, and of the builder (docs/notebook/triangles-and-trees.md).
+const BYTES_PER_PRIMITIVE: u64 = 140;
 
 /// Maximum number of bytes for which a BVH is built without a query of the available memory.
 const SMALL: u64 = 64 << 20;

@@ -11,7 +11,6 @@ mod memory;
 mod padding;
 mod refit;
 mod tile_entries;
-mod triangles;
 mod wide;
 
 pub use refit::MAX_REFITTED_COST;
@@ -23,9 +22,8 @@ use obvhs::BvhBuildParams;
 use obvhs::bvh2::{Bvh2, reinsertion::ReinsertionOptimizer};
 use obvhs::ploc::PlocBuilder;
 use serde::Serialize;
-use trisect_scene::{Scene, SceneError};
+use trisect_scene::{Scene, SceneError, SharedVec};
 use trisect_shared::bvh::{BvhNode, Child, STACK_SIZE};
-use trisect_shared::triangle::{Triangle, TriangleShading};
 use trisect_system::memory::available;
 
 /// Quality of the BVH: a better one is faster to trace and slower to build.
@@ -50,28 +48,18 @@ const MAX_HIGH_QUALITY_PRIMITIVES: usize = 100_000;
 pub struct Bvh {
     /// Inner nodes, parents before children: those of the world, then of each shared mesh. Behind
     /// them are the records of instances.
-    pub nodes: Vec<BvhNode>,
+    pub nodes: SharedVec<BvhNode>,
     /// Root: a leaf for a scene with one primitive, [`Child::EMPTY`] for one with none.
     pub root: Child,
     /// Number of levels of inner nodes, at most [`STACK_SIZE`]; between the world and a shared mesh
     /// there is a level more.
     pub depth: usize,
-    /// Triangles of the scene as the leaves number them: in BVH order, so that neighbours in space
-    /// are neighbours in memory. Those of shared meshes follow those in the world.
-    pub triangles: Vec<Triangle>,
-    /// Shading data of each triangle, in the same order, then attributes of triangles in the
-    /// scene's order, to which the shading data point.
-    pub shading: Vec<TriangleShading>,
-    /// Index in the scene of each triangle, in BVH order.
-    pub order: Vec<u32>,
     /// Roots of the trees of shared meshes.
     pub mesh_roots: Vec<Child>,
     /// Index in `nodes` of the first record of instances.
     pub first_instance_node: usize,
     /// Number of the first instance, among the leaves.
     pub first_instance: usize,
-    /// Number of triangles in the world.
-    pub world_triangles: usize,
 }
 
 /// Minimum number of primitives for which the builder gets shifted boxes (see [`shifted`]).
@@ -96,8 +84,8 @@ fn build_tree(boxes: &[Bounds], preset: &BvhBuildParams) -> Bvh2 {
 }
 
 impl Bvh {
-    /// Builds the BVH, with one primitive in a leaf, and puts the triangles in its order. If
-    /// `quality` is `None`, it follows from the number of primitives. A tree that is too deep for
+    /// Builds the BVH, with one primitive in a leaf. If `quality` is `None`, it follows from the
+    /// number of primitives. A tree that is too deep for
     /// the traversal stack is replaced by a balanced one.
     ///
     /// # Errors
@@ -116,9 +104,7 @@ impl Bvh {
             bvh = balanced::build(&boxes);
             bvh.validate(boxes.len()).map_err(broken)?;
         }
-        bvh.order_triangles(scene);
         bvh.append_meshes(scene, quality).map_err(broken)?;
-        bvh.append_attributes(scene);
         Ok(bvh)
     }
 
@@ -162,25 +148,22 @@ impl Bvh {
             (low.min(low2), high.max(high2))
         };
         // Children come after their parents.
-        for index in (0..self.nodes.len()).rev() {
-            let (first, second) = (Child(self.nodes[index].first), Child(self.nodes[index].second));
-            let (a, b) = (of(&self.nodes, first), of(&self.nodes, second));
-            self.nodes[index] = BvhNode::new(first, a, second, b);
+        let nodes: &mut Vec<BvhNode> = &mut self.nodes;
+        for index in (0..nodes.len()).rev() {
+            let (first, second) = (Child(nodes[index].first), Child(nodes[index].second));
+            let (a, b) = (of(nodes, first), of(nodes, second));
+            nodes[index] = BvhNode::new(first, a, second, b);
         }
     }
 
     fn leaf(root: Child) -> Self {
         Self {
-            nodes: Vec::new(),
+            nodes: SharedVec::default(),
             root,
             depth: 0,
-            triangles: Vec::new(),
-            shading: Vec::new(),
-            order: Vec::new(),
             mesh_roots: Vec::new(),
             first_instance_node: 0,
             first_instance: 0,
-            world_triangles: 0,
         }
     }
 
@@ -215,7 +198,7 @@ impl Bvh {
                 }
             }
         }
-        Self { nodes, depth, ..Self::leaf(Child::inner(0)) }
+        Self { nodes: nodes.into(), depth, ..Self::leaf(Child::inner(0)) }
     }
 
     /// Checks what [`trisect_shared::buffer`] requires: indices in range, each node and primitive
@@ -269,7 +252,7 @@ mod tests {
             ..bytemuck::Zeroable::zeroed()
         };
         Bvh {
-            nodes: vec![node(Child::inner(1), Child::leaf(2)), node(Child::leaf(0), Child::leaf(1))],
+            nodes: vec![node(Child::inner(1), Child::leaf(2)), node(Child::leaf(0), Child::leaf(1))].into(),
             depth: 2,
             ..Bvh::leaf(Child::inner(0))
         }

@@ -1,6 +1,6 @@
 //! Refitting: a BVH for a scene whose primitives moved keeps its nodes, with new boxes.
 
-use super::bounds::{Bounds, bounds};
+use super::bounds::bounds;
 use super::{Bvh, memory};
 use trisect_scene::{Scene, SceneError};
 use trisect_shared::bvh::{Child, Corners};
@@ -53,26 +53,14 @@ impl Bvh {
         if !self.mesh_roots.is_empty() || !scene.shared.instances.is_empty() {
             return Ok(None);
         }
-        let first = scene.spheres.len() + scene.flats.len();
-        let count = first + scene.triangles.len();
+        let count = scene.primitives();
         let leaves =
             if self.nodes.is_empty() { usize::from(self.root != Child::EMPTY) } else { self.nodes.len() + 1 };
-        if leaves != count || self.order.len() != scene.triangles.len() {
+        if leaves != count {
             return Ok(None);
         }
         memory::check(count, &scene.name, available)?;
-        let boxes = bounds(scene);
-        let (fixed, of_triangles) = boxes.split_at(first);
-        let ordered = self.order.iter().map(|&index| of_triangles[index as usize]);
-        let boxes: Vec<Bounds> = fixed.iter().copied().chain(ordered).collect();
-        self.refit(&boxes);
-        let order = std::mem::take(&mut self.order);
-        self.triangles.clear();
-        self.triangles.extend(order.iter().map(|&index| scene.triangles[index as usize]));
-        self.shading.clear();
-        self.shading.extend(order.iter().map(|&index| scene.shading[index as usize]));
-        self.order = order;
-        self.append_attributes(scene);
+        self.refit(&bounds(scene));
         Ok(Some(self))
     }
 }
@@ -87,13 +75,12 @@ mod tests {
     /// Returns a scene of triangles on a grid, each moved by `by`.
     fn scene(count: u32, by: impl Fn(u32) -> Vec3) -> Scene {
         let mut scene = Scene::hello_world().unwrap();
-        let zero: Triangle = bytemuck::Zeroable::zeroed();
         let triangle = |i: u32| {
             let a = Vec3::new((i % 32) as f32, (i / 32) as f32, 0.0) + by(i);
-            Triangle { a, b: a + Vec3::X * 0.9, c: a + Vec3::Y * 0.9, pad1: i, ..zero }
+            Triangle::of([a, a + Vec3::X * 0.9, a + Vec3::Y * 0.9])
         };
         scene.triangles = (0..count).map(triangle).collect();
-        scene.shading = vec![bytemuck::Zeroable::zeroed(); count as usize];
+        scene.vertices.push(bytemuck::Zeroable::zeroed());
         scene.spheres.truncate(1);
         // The ground is larger than all else, and does not hide what the triangles do.
         (scene.spheres[0].center, scene.spheres[0].radius) = (Vec3::new(0.0, -1e6, 0.0), 1e6);
@@ -102,11 +89,9 @@ mod tests {
 
     /// Checks that the boxes of all nodes contain the primitives below them.
     fn check(bvh: &Bvh, scene: &Scene) {
-        let first = scene.spheres.len() + scene.flats.len();
         let boxes = bounds(scene);
         let of = |child: Child| match (child.is_leaf(), child.index() as usize) {
-            (true, index) if index < first => boxes[index].corners(),
-            (true, index) => boxes[first + bvh.order[index - first] as usize].corners(),
+            (true, index) => boxes[index].corners(),
             (false, index) => {
                 let [a, b] = bvh.nodes[index].boxes();
                 (a.0.min(b.0), a.1.max(b.1))
@@ -131,10 +116,6 @@ mod tests {
             triangles(scene(2000, |i| Vec3::new((i % 7) as f32, 0.1 * (i % 3) as f32, (i % 11) as f32)));
         let moved = bvh.clone().moved(&later).unwrap().unwrap();
         check(&moved, &later);
-        for (place, triangle) in moved.triangles.iter().enumerate() {
-            let index = moved.order[place] as usize;
-            assert_eq!((triangle.a, triangle.pad1), (later.triangles[index].a, index as u32));
-        }
         assert!(Wide::new(&later, &moved).unwrap().is_some());
         // Negative control: the boxes of the start do not contain what moved.
         let stale = std::panic::catch_unwind(|| check(&bvh, &later));
@@ -177,6 +158,6 @@ mod tests {
         // A tree of one primitive has no nodes.
         let one = |at: f32| Scene { spheres: Vec::new(), flats: Vec::new(), ..scene(1, |_| Vec3::splat(at)) };
         let moved = Bvh::build(&one(0.0), None).unwrap().moved(&one(5.0)).unwrap().unwrap();
-        assert_eq!((moved.root, moved.triangles[0].a), (Child::leaf(0), Vec3::splat(5.0)));
+        assert_eq!(moved.root, Child::leaf(0));
     }
 }

@@ -5,9 +5,10 @@ mod validate;
 
 use super::Bvh;
 use glam::Vec3;
-use trisect_scene::{Scene, SceneError};
+use trisect_scene::{Scene, SceneError, SharedVec};
 use trisect_shared::bvh::{Child, Corners};
 use trisect_shared::simd::{LANES, SimdRow};
+use trisect_shared::triangle::Triangle;
 use trisect_shared::wide::{LeafKind, SpherePacket, TrianglePacket, WideChild, WideNode, WideTree};
 
 /// Cheapest way to collapse a subtree, and its cost. Costs are expected visits: a node's area
@@ -34,11 +35,11 @@ pub struct Wide {
     /// Root of the mesh of each instance, as a [`WideChild`] word.
     pub instance_roots: Vec<u32>,
     /// Inner nodes, parents before children, depth-first.
-    pub nodes: Vec<WideNode>,
+    pub nodes: SharedVec<WideNode>,
     /// Leaves of spheres.
     pub spheres: Vec<SpherePacket>,
     /// Leaves of triangles.
-    pub triangles: Vec<TrianglePacket>,
+    pub triangles: SharedVec<TrianglePacket>,
 }
 
 impl Wide {
@@ -55,7 +56,8 @@ impl Wide {
         let builder = Builder::new(scene, bvh);
         let Some(wide) = builder.build() else { return Ok(None) };
         let instances = scene.shared.instances.len();
-        let counts = [scene.spheres.len(), scene.flats.len(), bvh.triangles.len(), instances];
+        let triangles = scene.triangles.len() + scene.shared.triangles.len();
+        let counts = [scene.spheres.len(), scene.flats.len(), triangles, instances];
         wide.validate(counts)
             .map_err(|message| SceneError::Inconsistent { file: scene.name.clone(), message })?;
         Ok(Some(wide))
@@ -102,11 +104,17 @@ impl<'a> Builder<'a> {
             wide: Wide {
                 root: WideChild::EMPTY,
                 instance_roots: Vec::new(),
-                nodes: Vec::new(),
+                nodes: SharedVec::default(),
                 spheres: Vec::new(),
-                triangles: Vec::new(),
+                triangles: SharedVec::default(),
             },
         }
+    }
+
+    /// Returns a triangle, in the world or of a shared mesh.
+    fn triangle(&self, index: usize) -> &Triangle {
+        let world = &self.scene.triangles;
+        world.get(index).unwrap_or_else(|| &self.scene.shared.triangles[index - world.len()])
     }
 
     fn kind(&self, primitive: u32) -> LeafKind {
@@ -125,7 +133,7 @@ impl<'a> Builder<'a> {
         let bvh = self.bvh;
         let limit = WideChild::MAX_INDEX as usize;
         let instances = self.scene.shared.instances.len();
-        let most = bvh.nodes.len().max(bvh.triangles.len()).max(instances);
+        let most = bvh.nodes.len().max(self.scene.primitives()).max(instances);
         if self.first_triangle as usize > limit || most > limit {
             return None;
         }
@@ -281,7 +289,7 @@ impl<'a> Builder<'a> {
             LeafKind::Triangles => {
                 let mut packet = TrianglePacket { vertices: [SimdRow([0.0; LANES]); 9], primitives: numbers };
                 for (lane, &primitive) in primitives.iter().enumerate() {
-                    let t = &self.bvh.triangles[(primitive - self.first_triangle) as usize];
+                    let t = self.triangle((primitive - self.first_triangle) as usize);
                     for (row, x) in [t.a, t.b, t.c].into_iter().flat_map(|v| v.to_array()).enumerate() {
                         packet.vertices[row].0[lane] = x;
                     }

@@ -4,13 +4,12 @@ use crate::bvh::{Bvh, Wide};
 use crate::lights::Lights;
 use bytemuck::Pod;
 use std::sync::Arc;
-use trisect_device::{BackendError, Buffer, Command, Device};
-use trisect_scene::{Scene, SceneError};
+use trisect_device::{BackendError, Buffer, Command, Device, LentRecords};
+use trisect_scene::{Scene, SceneError, SharedVec};
 use trisect_shared::bvh::BvhNode;
 use trisect_shared::environment::EnvironmentTexel;
 use trisect_shared::scene::SceneLengths;
 use trisect_shared::texture::Texel;
-use trisect_shared::wide::WideTree;
 
 /// Scene that was validated.
 pub(crate) struct ValidScene<'a>(&'a Scene);
@@ -69,6 +68,20 @@ fn upload<T: Pod>(
     }
 }
 
+/// Gives records to a device: their own memory if it reads that in place, and a copy otherwise, as
+/// [`upload`] does.
+fn give<T: Pod + Send + Sync>(
+    to: &mut dyn Device,
+    records: &SharedVec<T>,
+    what: &'static str,
+    old: Option<Buffer>,
+) -> Result<Buffer, BackendError> {
+    match to.adopt(&LentRecords::of(records.shared())) {
+        Some(buffer) => Ok(buffer),
+        None => upload(to, records, what, old, Content::Other),
+    }
+}
+
 /// Index of the nodes among a scene's arrays.
 const NODES: usize = 1;
 
@@ -105,34 +118,35 @@ impl<'a> ValidScene<'a> {
             None => (std::array::from_fn(|_| None), None, None),
         };
         let mut old_wide = old_wide.unwrap_or_default();
-        let [spheres, nodes, materials, flats, triangles, shading, table, textures, texels, panorama] = old;
+        let [spheres, nodes, materials, flats, triangles, vertices, table, textures, texels, panorama] = old;
         let same = |a: bool| if a { Content::Same } else { Content::Other };
         let of = old_shared.as_ref();
         let same_texels = same(of.is_some_and(|of| Arc::ptr_eq(&of.texels, &shared.texels)));
         let same_panorama = same(of.is_some_and(|of| Arc::ptr_eq(&of.environment, &shared.environment)));
         let other = Content::Other;
+        let all_triangles = scene.numbered_triangles();
         let arrays = [
             upload(to, &scene.spheres, "the scene's spheres", spheres, other)?,
-            upload(to, &bvh.nodes, "the scene's BVH", nodes, other)?,
+            give(to, &bvh.nodes, "the scene's BVH", nodes)?,
             upload(to, &lights.materials, "the scene's materials", materials, other)?,
             upload(to, &scene.flats, "the scene's quads and discs", flats, other)?,
-            upload(to, &bvh.triangles, "the scene's triangles", triangles, other)?,
-            upload(to, &bvh.shading, "the scene's normals and texture coordinates", shading, other)?,
+            give(to, &all_triangles, "the scene's triangles", triangles)?,
+            give(to, &scene.vertices, "the scene's normals and texture coordinates", vertices)?,
             upload(to, &lights.lights, "the scene's lights", table, other)?,
             upload(to, &scene.textures, "the scene's textures", textures, other)?,
             upload(to, &shared.texels, "the scene's texels", texels, same_texels)?,
             upload(to, &shared.environment, "the scene's environment map", panorama, same_panorama)?,
         ];
-        let wide = match wide.map(Wide::tree) {
+        let wide = match wide {
             None => None,
-            Some(WideTree { root, instance_roots, nodes, spheres, triangles }) => {
+            Some(Wide { root, instance_roots, nodes, spheres, triangles }) => {
                 let mut old = |index: usize| old_wide[index].take();
-                let roots = [&[root.0], instance_roots].concat();
+                let roots = [&[root.0], instance_roots.as_slice()].concat();
                 Some([
                     upload(to, &roots, "the scene's wide BVH", old(0), other)?,
-                    upload(to, nodes, "the scene's wide BVH", old(1), other)?,
+                    give(to, nodes, "the scene's wide BVH", old(1))?,
                     upload(to, spheres, "the scene's packets of spheres", old(2), other)?,
-                    upload(to, triangles, "the scene's packets of triangles", old(3), other)?,
+                    give(to, triangles, "the scene's packets of triangles", old(3))?,
                 ])
             }
         };
@@ -141,8 +155,8 @@ impl<'a> ValidScene<'a> {
             nodes: bvh.nodes.len(),
             materials: lights.materials.len(),
             planars: scene.flats.len(),
-            triangles: bvh.triangles.len(),
-            shading: bvh.shading.len(),
+            triangles: all_triangles.len(),
+            vertices: scene.vertices.len(),
             lights: lights.lights.len(),
             textures: scene.textures.len(),
             texels: scene.texels.len(),

@@ -8,12 +8,14 @@ use crate::lights::Lights;
 use crate::passes::Launch;
 use glam::Vec3;
 use std::sync::Arc;
-use trisect_scene::{CameraPose, Scene, SceneError};
+use trisect_scene::{CameraPose, Scene, SceneError, SharedVec};
+use trisect_shared::attributes::MeshVertex;
 use trisect_shared::bvh::{BvhNode, Child};
 use trisect_shared::camera::Camera;
 use trisect_shared::features::{Features, PADDED_BOXES};
 use trisect_shared::params::{FLAG_HIDDEN_SKY, NO_CLAMP, RenderParams};
 use trisect_shared::tile_entry::NO_TILE_ENTRIES;
+use trisect_shared::triangle::Triangle;
 
 /// Camera of a scene, and what launches and tile entries need to know of the scene.
 #[derive(Clone)]
@@ -30,22 +32,21 @@ pub(super) struct LaunchScene {
     pub quality: Option<BvhQuality>,
     /// CRC-32 of BVH and light table.
     structures_crc: u32,
-    /// Mesh instance of each triangle in the world, in BVH order.
-    instances: Arc<[u32]>,
+    /// Triangles in the world, and vertices, which name mesh instances.
+    triangles: SharedVec<Triangle>,
+    vertices: SharedVec<MeshVertex>,
     /// Mesh instance of each instance of a shared mesh.
     placed: Arc<[u32]>,
     /// Nodes of the BVH, from which tile entries are pruned.
-    pub nodes: Arc<[BvhNode]>,
+    pub nodes: SharedVec<BvhNode>,
 }
 
 /// Returns the CRC-32 of BVH and light table.
 fn structures_crc(bvh: &Bvh, lights: &Lights) -> u32 {
     let mut crc = crc32fast::Hasher::new();
-    let parts: [&[u8]; 6] = [
+    let parts: [&[u8]; 4] = [
         bytemuck::bytes_of(&bvh.root.0),
         bytemuck::cast_slice(&bvh.nodes),
-        bytemuck::cast_slice(&bvh.triangles),
-        bytemuck::cast_slice(&bvh.shading),
         bytemuck::cast_slice(&lights.lights),
         bytemuck::bytes_of(&lights.environment_probability),
     ];
@@ -70,9 +71,10 @@ impl LaunchScene {
             ray_origin_extent: padded_for.unwrap_or(Vec3::ZERO),
             quality,
             structures_crc: structures_crc(bvh, lights),
-            instances: bvh.world_triangles().iter().map(|triangle| triangle.instance).collect(),
+            triangles: scene.triangles.clone(),
+            vertices: scene.vertices.clone(),
             placed: scene.shared.instances.iter().map(|instance| instance.object).collect(),
-            nodes: bvh.nodes.as_slice().into(),
+            nodes: bvh.nodes.clone(),
         }
     }
 
@@ -123,8 +125,10 @@ impl LaunchScene {
             Some(shape) if shape < first => shape + 1,
             Some(number) => {
                 let instance = match number.checked_sub(self.params.first_instance) {
-                    Some(placed) => self.placed.get(placed as usize),
-                    None => self.instances.get((number - first) as usize),
+                    Some(placed) => self.placed.get(placed as usize).copied(),
+                    None => self.triangles.get((number - first) as usize).and_then(|triangle| {
+                        self.vertices.get(triangle.vertex_a as usize).map(|vertex| vertex.instance)
+                    }),
                 };
                 instance.map_or(0, |instance| first + instance + 1)
             }

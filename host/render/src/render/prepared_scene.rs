@@ -85,7 +85,7 @@ impl<'a> PreparedScene<'a> {
             0 => bvh.pad_boxes(camera.origin, camera.lens_x.length()),
             _ => None,
         };
-        let lights = Lights::new(scene, bvh.world_triangles());
+        let lights = Lights::new(scene);
         let seconds = start.elapsed().as_secs_f64();
         let (wide, refitted) = (None, false);
         Self { scene: valid, quality, bvh, built_cost, refitted, wide, lights, padded_for, seconds }

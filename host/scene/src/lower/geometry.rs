@@ -1,8 +1,8 @@
 //! Lowers shapes and meshes. An instance shares its mesh, or its triangles are baked into world
 //! space, as `sharing` decides.
 //!
-//! Baking takes 112 bytes and a BVH node of 64 bytes for each triangle of each instance; traversal
-//! then needs no transforms.
+//! Baking takes 48 bytes and a BVH node of 64 bytes for each triangle of each instance, and 32 bytes
+//! for each vertex; traversal then needs no transforms.
 
 use super::super::description::{Description, Instance, Mesh, Shape, ShapeKind};
 use super::super::limits::{MAX_VERTEX, is_in_reach};
@@ -11,25 +11,23 @@ use super::super::shared_meshes::{SharedMeshes, Sharing};
 use super::super::values::MAX_MAGNITUDE;
 use super::sharing;
 use super::tangents::{self, CornerTangents};
-use super::texture::texel;
 use super::unit;
-use glam::{DAffine3, DMat3, DVec3, Vec3};
+use super::vertices::Vertices;
+use glam::{DAffine3, DVec3, Vec3};
 use std::collections::hash_map::Entry;
 use std::collections::{BTreeSet, HashMap, HashSet};
-use trisect_shared::attributes::{TriangleAttributes, encode_tangent};
+use trisect_shared::attributes::MeshVertex;
 use trisect_shared::planar::{DISC, Planar, QUAD};
 use trisect_shared::sphere::Sphere;
-use trisect_shared::texture::Texel;
-use trisect_shared::triangle::{Triangle, TriangleShading};
+use trisect_shared::triangle::Triangle;
 
 #[derive(Default)]
 pub(super) struct Geometry {
     pub spheres: Vec<Sphere>,
     pub flats: Vec<Planar>,
     pub triangles: Vec<Triangle>,
-    pub shading: Vec<TriangleShading>,
+    pub vertices: Vec<MeshVertex>,
     pub shared: SharedMeshes,
-    pub attributes: Vec<TriangleAttributes>,
     pub warnings: Vec<String>,
 }
 
@@ -128,9 +126,7 @@ impl Geometry {
         transform: &DAffine3,
         number: u32,
     ) -> Result<(), String> {
-        let matrix = transform.matrix3;
-        let mirrored = matrix.determinant() < 0.0;
-        let turn_normals = normal_matrix(matrix);
+        let mirrored = transform.matrix3.determinant() < 0.0;
         let mut positions = Vec::with_capacity(mesh.positions.len());
         for (i, p) in mesh.positions.iter().enumerate() {
             let world = transform.transform_point3(Vec3::from(*p).as_dvec3());
@@ -142,12 +138,9 @@ impl Geometry {
             }
             positions.push(world.as_vec3());
         }
-        let normals: Vec<Vec3> =
-            mesh.normals.iter().map(|n| unit(turn_normals * Vec3::from(*n).as_dvec3())).collect();
         let mut flat = 0usize;
-        self.triangles.reserve(mesh.triangles.len());
-        self.shading.reserve(mesh.triangles.len());
-        let has_attributes = tangents.is_some() || mesh.has_attributes();
+        self.triangles.reserve_exact(mesh.triangles.len());
+        let mut vertices = Vertices::of(mesh, tangents, transform.matrix3, number);
         for (face, corners) in mesh.triangles.iter().enumerate() {
             let [a, mut b, mut c] = corners.map(|i| i as usize);
             let mut order = [0, 1, 2];
@@ -164,8 +157,7 @@ impl Geometry {
                     positions.len()
                 ));
             };
-            let material = mesh.material as u32;
-            let triangle = Triangle { a: pa, material, b: pb, instance: number, c: pc, pad1: 0 };
+            let triangle = Triangle::of([pa, pb, pc]);
             // Tested with the kernels' own arithmetic, because they divide by this length. It does
             // not depend on the triangle's size.
             let square = triangle.normal().length_squared();
@@ -173,48 +165,10 @@ impl Geometry {
                 flat += 1;
                 continue;
             }
-            let normal = |i: usize| normals.get(i).copied().unwrap_or(Vec3::ZERO);
-            let uv = |i: usize| mesh.uvs.get(i).copied().unwrap_or([0.0; 2]);
-            let (uv_a, uv_b, uv_c) = (uv(a), uv(b), uv(c));
-            self.triangles.push(triangle);
-            let mut attributes = 0;
-            if has_attributes {
-                let tangent = |corner: usize| {
-                    let own = tangents.and_then(|tangents| tangents.get(face));
-                    own.map_or(0, |own| encoded(own[order[corner]], matrix, mirrored))
-                };
-                let color = |i: usize| mesh.colors.get(i).map_or(Texel::WHITE, |color| texel(*color));
-                let uv = |i: usize| mesh.second_uvs.get(i).copied().unwrap_or([0.0; 2]);
-                let (uv_a, uv_b, uv_c) = (uv(a), uv(b), uv(c));
-                self.attributes.push(TriangleAttributes {
-                    tangent_a: tangent(0),
-                    tangent_b: tangent(1),
-                    tangent_c: tangent(2),
-                    pad: 0,
-                    color_a: color(a),
-                    color_b: color(b),
-                    color_c: color(c),
-                    u_a: uv_a[0],
-                    v_a: uv_a[1],
-                    u_b: uv_b[0],
-                    v_b: uv_b[1],
-                    u_c: uv_c[0],
-                    v_c: uv_c[1],
-                });
-                attributes = self.attributes.len() as u32;
-            }
-            self.shading.push(TriangleShading {
-                normal_a: normal(a),
-                u_a: uv_a[0],
-                normal_b: normal(b),
-                u_b: uv_b[0],
-                normal_c: normal(c),
-                u_c: uv_c[0],
-                v_a: uv_a[1],
-                v_b: uv_b[1],
-                v_c: uv_c[1],
-                attributes,
-            });
+            let tangent = |corner: usize| tangents?.get(face).map(|own| own[order[corner]]);
+            let [vertex_a, vertex_b, vertex_c] = [(a, 0), (b, 1), (c, 2)]
+                .map(|(vertex, corner)| vertices.record(vertex, tangent(corner), &mut self.vertices));
+            self.triangles.push(Triangle { vertex_a, vertex_b, vertex_c, ..triangle });
         }
         if flat > 0 {
             self.warnings.push(format!(
@@ -224,22 +178,6 @@ impl Geometry {
         }
         Ok(())
     }
-}
-
-/// Returns a tangent in the world, encoded. A mirroring transform turns the bitangent, which the
-/// cross product of the world's normal and tangent does not.
-fn encoded([x, y, z, handedness]: [f32; 4], matrix: DMat3, mirrored: bool) -> u32 {
-    let tangent = unit(matrix * Vec3::new(x, y, z).as_dvec3());
-    let tangent = if tangent == Vec3::ZERO { Vec3::X } else { tangent };
-    encode_tangent(tangent, (handedness < 0.0) != mirrored)
-}
-
-/// Returns the matrix that transforms normals where `matrix` transforms points: its inverse
-/// transpose up to a positive factor, from cofactors, which singular matrices have too.
-fn normal_matrix(matrix: DMat3) -> DMat3 {
-    let (x, y, z) = (matrix.x_axis, matrix.y_axis, matrix.z_axis);
-    let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
-    if matrix.determinant() < 0.0 { cofactors * -1.0 } else { cofactors }
 }
 
 /// Returns the record of a quad or disc; `corner` is a disc's centre. The edges are f64, so that
@@ -303,10 +241,10 @@ mod tests {
             let mut g = Geometry::default();
             let transform = DAffine3::from_scale(scale);
             g.mesh(&mesh, None, &transform, 3).unwrap();
-            assert_eq!(g.triangles[0].instance, 3);
-            assert_eq!((g.triangles.len(), g.warnings.len()), (1, 1));
+            assert!(g.vertices.iter().all(|vertex| vertex.instance == 3));
+            assert_eq!((g.triangles.len(), g.vertices.len(), g.warnings.len()), (1, 3, 1));
             let n = g.triangles[0].normal().normalize();
-            assert_eq!((n.z, g.shading[0].normal_a.z), (z, z), "{scale}");
+            assert_eq!((n.z, g.vertices[0].normal.z), (z, z), "{scale}");
         }
     }
 }

@@ -10,6 +10,7 @@ mod shared;
 mod sharing;
 mod tangents;
 mod texture;
+mod vertices;
 
 pub(super) use ground::place as place_ground;
 pub(super) use looks::Looks;
@@ -51,10 +52,9 @@ pub(super) fn lower(
         environment: None,
         spheres: geometry.spheres,
         flats: geometry.flats,
-        triangles: geometry.triangles,
-        shading: geometry.shading,
+        triangles: geometry.triangles.into(),
+        vertices: geometry.vertices.into(),
         shared: geometry.shared,
-        attributes: geometry.attributes,
         materials: Vec::new(),
         layers: Vec::new(),
         textures: Vec::new(),

@@ -11,10 +11,10 @@ impl Geometry {
     /// Stores a mesh that instances share, in its own coordinates. Returns its index, or `None` if
     /// it has no triangle with an area.
     pub fn share(&mut self, mesh: &Mesh, tangents: Option<&CornerTangents>) -> Result<Option<u32>, String> {
-        // Baked by the identity, with the attributes of the scene in between.
-        let mut own = Self { attributes: std::mem::take(&mut self.attributes), ..Self::default() };
+        // Baked by the identity, with vertices among those of the scene.
+        let mut own = Self { vertices: std::mem::take(&mut self.vertices), ..Self::default() };
         own.mesh(mesh, tangents, &DAffine3::IDENTITY, 0)?;
-        self.attributes = own.attributes;
+        self.vertices = own.vertices;
         self.warnings.append(&mut own.warnings);
         if own.triangles.is_empty() {
             return Ok(None);
@@ -29,7 +29,6 @@ impl Geometry {
             triangles: own.triangles.len() as u64,
         });
         self.shared.triangles.append(&mut own.triangles);
-        self.shared.shading.append(&mut own.shading);
         Ok(Some(self.shared.meshes.len() as u32 - 1))
     }
 

@@ -129,9 +129,9 @@ fn scenes_take_environment_and_sun_but_no_ground() {
 fn the_ground_is_lowered_after_the_model() {
     let document = SceneDocument::from_model(model(), "a.obj").unwrap();
     let scene = document.clone().lower(Rebase::IDENTITY).unwrap();
-    assert!(scene.triangles.len() > 1000 && scene.triangles[0].material == 0);
+    assert!(scene.triangles.len() > 1000 && scene.vertices[0].material == 0);
     let last = scene.triangles[scene.triangles.len() - 1];
-    assert!(last.a.y < 2.0 && last.a.y > 1.999 && last.material == 1);
+    assert!(last.a.y < 2.0 && last.a.y > 1.999 && scene.vertices[last.vertex_a as usize].material == 1);
     let moved = document.lower(Rebase { origin: DVec3::Y * 2.0, scale: 4.0 }).unwrap();
     let there = moved.triangles[moved.triangles.len() - 1];
     assert!((there.a.x / last.a.x - 4.0).abs() < 1e-4 && there.a.y < 0.0 && there.a.y > -0.01);

@@ -159,7 +159,7 @@ fn mesh(scene: &SceneDocument, index: usize, touched: &mut AffectedTriangles, fo
             worst = (error, place, size);
         }
         let [a, b, c] = [a, b, c].map(|p| space.point(p).as_vec3());
-        let square = Triangle { a, material: 0, b, instance: 0, c, pad1: 0 }.normal().length_squared();
+        let square = Triangle::of([a, b, c]).normal().length_squared();
         if !(square > Triangle::MIN_SQUARE && square.is_finite()) {
             flat_count += 1;
             touched.flat.add(area);

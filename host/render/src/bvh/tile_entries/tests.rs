@@ -95,7 +95,7 @@ fn count(scene: &Scene, camera: &Camera, shift: u32, count: &mut Count) {
         materials: &[],
         planars: &[],
         triangles: &[],
-        shading: &[],
+        vertices: &[],
         lights: &[],
         textures: &[],
         texels: &[],

@@ -15,14 +15,13 @@ fn tree() -> (Wide, [usize; 4]) {
         .collect();
     let zero: trisect_shared::planar::Planar = bytemuck::Zeroable::zeroed();
     mixed.flats = vec![trisect_shared::planar::Planar { edge_u: Vec3::X, edge_v: Vec3::Y, ..zero }];
-    let triangle: trisect_shared::triangle::Triangle = bytemuck::Zeroable::zeroed();
     mixed.triangles = (0..60u8)
         .map(|i| {
             let a = Vec3::new(f32::from(i % 8), f32::from(i / 8), 5.0);
-            trisect_shared::triangle::Triangle { a, b: a + Vec3::X, c: a + Vec3::Y, ..triangle }
+            Triangle::of([a, a + Vec3::X, a + Vec3::Y])
         })
         .collect();
-    mixed.shading = vec![bytemuck::Zeroable::zeroed(); 60];
+    mixed.vertices = vec![bytemuck::Zeroable::zeroed()].into();
     let bvh = Bvh::build(&mixed, None).unwrap();
     (Wide::new(&mixed, &bvh).unwrap().unwrap(), [20, 1, 60, 0])
 }
@@ -89,7 +88,7 @@ fn negative_control_each_broken_tree_is_refused() {
             node
         })
         .collect();
-    (wide.spheres, wide.triangles) = (Vec::new(), Vec::new());
+    (wide.spheres, wide.triangles) = (Vec::new(), Vec::new().into());
     assert!(wide.validate([0; 4]).is_err_and(|message| message.contains("levels")));
     wide.nodes.remove(0);
     wide.nodes.iter_mut().take(STACK_SIZE - 1).for_each(|node| node.children.0[0] -= 1);
