@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Compares Trisect with images of render_models.py: compare.py render|table|store PROGRAM SAMPLES MODEL...
 
-`render` makes NAME.LIGHT.trisect.pfm. `table` prints for each image the difference of the means by channel, the share of
-blocks of 8 x 8 pixels that differ by more than 2 % in a channel, and the relMSE of the blocks. `store` writes the means
-of the blocks of Cycles to the folder images. PROGRAM and SAMPLES are for `render` alone."""
+`render` makes NAME.LIGHT.trisect.pfm. `table` prints for each light the difference of the means by channel, the share
+of blocks of 8 x 8 pixels that differ by more than 2 % in a channel, and the relMSE of the blocks. `store` writes the
+means of the blocks of Cycles to the folder images. PROGRAM and SAMPLES are for `render` alone."""
 
 import json
 import os
@@ -53,7 +53,7 @@ def blocks(path, side=8):
     return pixels.reshape(height // side, side, width // side, side, 3).mean((1, 3))
 
 
-def row(name, light):
+def compare(name, light):
     import numpy
 
     ours, theirs = blocks(f"{name}.{light}.trisect.pfm"), blocks(f"{name}.{light}.pfm")
@@ -61,7 +61,7 @@ def row(name, light):
     beyond = (abs(ours / numpy.maximum(theirs, 1e-6) - 1).max(2) > 0.02).mean()
     error = ((ours - theirs) ** 2 / (theirs**2 + 0.01)).mean()
     shown = " ".join(f"{100 * x:+.2f}" for x in means)
-    print(f"| `{name}`, {light} | {shown} | {100 * beyond:.0f} | {error:.1e} |", flush=True)
+    return f"{shown} | {100 * beyond:.0f} | {error:.1e}"
 
 
 def store(name, light):
@@ -73,11 +73,14 @@ def store(name, light):
 
 command, program, samples = sys.argv[1:4]
 if command == "table":
-    print("| model | means of Trisect, % | blocks beyond 2 %, % | relMSE |\n|---|---|---|---|")
+    print("| model | uniform: means, % | blocks, % | relMSE | panorama: means, % | blocks, % | relMSE |")
+    print("|---|---|---|---|---|---|---|")
 for model in sys.argv[4:]:
     name = re.sub(r"\.gl(b|tf)$", "", model)
     if command == "render":
         render(program, samples, model, name)
+    elif command == "table":
+        print(f"| `{name}` |", " | ".join(compare(name, light) for light in SKIES), "|", flush=True)
     else:
         for light in SKIES:
-            (row if command == "table" else store)(name, light)
+            store(name, light)

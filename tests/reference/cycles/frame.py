@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Copies models to the current folder, as .gltf with a camera that shows all of each: frame.py PROGRAM MODEL...
 
-A camera of the model's own stays."""
+A camera of the model's own stays. Primitives without a material get the specification's default one explicitly, because
+Blender draws them with a gray diffuse one of its own."""
 
 import base64
 import json
@@ -33,7 +34,8 @@ def load(path):
         if content is not None:
             kind = part.get("mimeType") or ("image/png" if content[:4] == b"\x89PNG" else "application/octet-stream")
             kind = "image/jpeg" if content[:2] == b"\xff\xd8" else kind
-            part["uri"] = f"data:{kind};base64," + base64.b64encode(content[: part.get("byteLength", len(content))]).decode()
+            content = base64.b64encode(content[: part.get("byteLength", len(content))]).decode()
+            part["uri"] = f"data:{kind};base64,{content}"
     return model
 
 
@@ -61,5 +63,10 @@ for path in sys.argv[2:]:
         node = {"camera": 0, "matrix": [*x, 0, *y, 0, *z, 0, *place, 1]}
         model.setdefault("nodes", []).append(node)
         model["scenes"][model.get("scene", 0)]["nodes"].append(len(model["nodes"]) - 1)
+    parts = [part for mesh in model.get("meshes", []) for part in mesh["primitives"] if "material" not in part]
+    if parts:
+        model.setdefault("materials", []).append({"pbrMetallicRoughness": {}})
+        for part in parts:
+            part["material"] = len(model["materials"]) - 1
     with open(os.path.splitext(os.path.basename(path))[0] + ".gltf", "w") as file:
         json.dump(model, file)

@@ -1,17 +1,19 @@
 #!/usr/bin/env python3
-"""Integrates the light of the plain square by the formulas of glTF's appendix B: integrate.py ROUGHNESS...
+"""Integrates the light of a plain dielectric by the formulas of glTF's appendix B: integrate.py ROUGHNESS...
 
-Camera, square and light are those of models.py; the world has radiance 0.1. Directions are a regular grid, so nothing is
-noise. Prints the mean of the square by channel for three ways to weaken the diffuse part below the boundary:
+Camera, light, square and ball are those of models.py; the world has radiance 0.1. Directions are a regular grid, so
+nothing is noise. Prints the red of the whole square, and of blocks of 8 x 8 pixels of the ball by row from below and
+column, for three ways to weaken the diffuse part below the boundary:
   half     1 - F(V.H), the formula of the specification, without the light that facets send to others
   view     1 - E(V), E the albedo of the boundary: what Cycles does
   both     (1 - E(V)) (1 - E(L)) / (1 - mean of E): what Trisect does"""
 
+import math
 import sys
 
 import numpy as np
 
-COLOUR = np.array([0.8, 0.7, 0.5])
+RED = 0.8
 F0, SIDE = 0.04, 1.2
 
 
@@ -52,49 +54,82 @@ def mean_of(cosines, table):
     return 2 * (cosines * table).mean()
 
 
-def radiance(roughness):
-    alpha = roughness**2
-    n = 24
-    grid = (np.arange(n) + 0.5) / n * 2 * SIDE - SIDE
-    points = np.stack(np.meshgrid(grid, grid), -1).reshape(-1, 2)
-    cosines, single = albedo_table(alpha, True)
-    _, all_facets = albedo_table(alpha, False)
-    # Light that facets lose comes out again as a lobe of Kulla and Conty.
-    lost_mean = 1 - mean_of(cosines, all_facets)
-    f_mean = F0 + (1 - F0) / 21
-    back = f_mean**2 * (1 - lost_mean) / (1 - f_mean * lost_mean)
-    lost = lambda c: 1 - np.interp(c, cosines, all_facets)
-    e = lambda c: np.interp(c, cosines, single) + lost(c) * back
-    e_mean = mean_of(cosines, single + (1 - all_facets) * back)
-    corners = np.array([[-3, 1, 1], [-3, 3, 1], [-2, 3, 3], [-2, 1, 3]], float)
-    a, b = corners[1] - corners[0], corners[3] - corners[0]
-    m = 12
-    s, t = np.meshgrid((np.arange(m) + 0.5) / m, (np.arange(m) + 0.5) / m)
-    on_light = corners[0] + s.ravel()[:, None] * a + t.ravel()[:, None] * b
-    area_normal = np.cross(a, b) / m**2
-    world = hemisphere(120)
-    total = np.zeros((3, 4))
-    for x, y in points:
-        p = np.array([x, y, 0.0])
-        v = np.array([0, 0, 4.0]) - p
-        v /= np.linalg.norm(v)
-        to = on_light - p
-        r2 = (to * to).sum(-1)
-        l = to / np.sqrt(r2)[:, None]
-        weight = 8 * abs(l @ area_normal) / r2 * l[:, 2]
-        # The light hides the world: its part has radiance 8 instead of 0.1.
-        hides = 0.1 * abs(l @ area_normal) / r2 * l[:, 2]
-        for d, w in ((l, weight - hides), (world, np.full(len(world), 0.1 * np.pi / len(world)))):
-            specular, f = facets(v, d, alpha)
-            multiple = lost(v[2]) * lost(d[:, 2]) * back / (np.pi * lost_mean)
-            ways = (1 - f, 1 - e(v[2]) + 0 * f, (1 - e(v[2])) * (1 - e(d[:, 2])) / (1 - e_mean))
-            for way, factor in enumerate(ways):
-                total[way, :3] += COLOUR / np.pi * (w * factor).sum()
-                total[way, :3] += (w * (specular + (multiple if way else 0))).sum()
-                total[way, 3] += (w * specular).sum()
-    return total / len(points)
+CORNERS = np.array([[-3, 1, 1], [-3, 3, 1], [-2, 3, 3], [-2, 1, 3]], float)
+WAYS = ("half", "view", "both")
+
+
+class Surface:
+    """A dielectric of a roughness, in the light of the world and the quad."""
+
+    def __init__(self, roughness):
+        self.alpha = roughness**2
+        self.cosines, self.single = albedo_table(self.alpha, True)
+        _, self.facets = albedo_table(self.alpha, False)
+        # Light that facets lose comes out again as a lobe of Kulla and Conty.
+        self.lost_mean = 1 - mean_of(self.cosines, self.facets)
+        f_mean = F0 + (1 - F0) / 21
+        self.back = f_mean**2 * (1 - self.lost_mean) / (1 - f_mean * self.lost_mean)
+        self.mean = mean_of(self.cosines, self.single + (1 - self.facets) * self.back)
+        a, b = CORNERS[1] - CORNERS[0], CORNERS[3] - CORNERS[0]
+        s, t = (x.ravel()[:, None] for x in np.meshgrid((np.arange(12) + 0.5) / 12, (np.arange(12) + 0.5) / 12))
+        self.places, self.area = CORNERS[0] + s * a + t * b, np.cross(a, b) / 144
+        self.world = hemisphere(60)
+
+    def lost(self, cosine):
+        return 1 - np.interp(cosine, self.cosines, self.facets)
+
+    def albedo(self, cosine):
+        return np.interp(cosine, self.cosines, self.single) + self.lost(cosine) * self.back
+
+    def red(self, point, normal, eye):
+        """Returns the red of a point by each way."""
+        across = np.cross(normal, [0.1, 1, 0.3])
+        across /= np.linalg.norm(across)
+        to_local = np.stack([across, np.cross(normal, across), normal])
+        v = to_local @ ((eye - point) / np.linalg.norm(eye - point))
+        to = self.places - point
+        squares = (to * to).sum(1)
+        to /= np.sqrt(squares)[:, None]
+        l = to @ to_local.T
+        seen = l[:, 2] > 1e-4
+        # The light hides the world: it adds 8 - 0.1.
+        weights = np.where(seen, 7.9 * abs(to @ self.area) / squares * l[:, 2], 0)
+        l = np.where(seen[:, None], l, [0, 0, 1])
+        total = np.zeros(3)
+        for d, w in ((l, weights), (self.world, np.full(len(self.world), 0.1 * np.pi / len(self.world)))):
+            specular, f = facets(v, d, self.alpha)
+            again = self.lost(v[2]) * self.lost(d[:, 2]) * self.back / (np.pi * self.lost_mean)
+            entered = 1 - self.albedo(v[2])
+            left = (1 - self.albedo(d[:, 2])) / (1 - self.mean)
+            for way, factor in enumerate((1 - f, entered + 0 * f, entered * left)):
+                total[way] += (w * (RED / np.pi * factor + specular + (again if way else 0))).sum()
+        return total
+
+
+def square(surface):
+    grid = (np.arange(24) + 0.5) / 12 * SIDE - SIDE
+    eye, up = np.array([0, 0, 4.0]), np.array([0, 0, 1.0])
+    return np.mean([surface.red(np.array([x, y, 0]), up, eye) for x in grid for y in grid], 0)
+
+
+def ball(surface, row, column):
+    eye, total = np.array([0, 0, 4.0]), np.zeros(3)
+    for pixel in range(64):
+        x, y = column * 8 + pixel % 8 + 0.5, row * 8 + pixel // 8 + 0.5
+        d = np.array([(x / 32 - 1) * math.tan(math.radians(20)), (y / 32 - 1) * math.tan(math.radians(20)), -1])
+        d /= np.linalg.norm(d)
+        inside = (d @ eye) ** 2 - 15
+        if inside > 0:
+            point = eye + d * (-(d @ eye) - math.sqrt(inside))
+            total += surface.red(point, point / np.linalg.norm(point), eye)
+        else:
+            total += 0.1
+    return total / 64
 
 
 for roughness in map(float, sys.argv[1:]):
-    for name, row in zip(("half", "view", "both"), radiance(roughness)):
-        print(roughness, name, "square", row[:3].round(5), "of it specular", row[3].round(5))
+    surface = Surface(roughness)
+    print(f"roughness {roughness}", *WAYS)
+    print("square", *square(surface).round(4))
+    for block in ((3, 4), (2, 3), (4, 5), (3, 3), (2, 2), (5, 3), (4, 2)):
+        print("ball", block, *ball(surface, *block).round(4))

@@ -81,7 +81,8 @@ class Model:
             if letter in "bBhH" and width > 1 and normalized:
                 accessor["normalized"] = True
             if width in (1, 3):
-                accessor["min"], accessor["max"] = ([f(row[i] for row in rows) for i in range(width)] for f in (min, max))
+                for name, of in (("min", min), ("max", max)):
+                    accessor[name] = [of(row[i] for row in rows) for i in range(width)]
             self.accessors[key] = self.add("accessors", accessor)
         return self.accessors[key]
 
@@ -431,18 +432,21 @@ def geometry():
         "POSITION": model.accessor([[round(32767 * x) for x in p] for p in positions], SIGNED_SHORT),
         "NORMAL": model.accessor([[round(127 * x) for x in n] for n in normals], SIGNED_BYTE),
     }
-    model.mesh(attributes, triangles, model.add("materials", {"pbrMetallicRoughness": pbr(0.6)}), {"scale": [1.1, 0.8, 1]})
+    gray = model.add("materials", {"pbrMetallicRoughness": pbr(0.6)})
+    model.mesh(attributes, triangles, gray, {"scale": [1.1, 0.8, 1]})
     model.write("quantized.gltf")
 
-    model = Model()  # two primitives, a matrix with shear below a scale that mirrors
+    model = Model()  # two primitives, a rotation below a scale that mirrors: a shear
     first = plain(model, square())
     model.root["scenes"][0]["nodes"].remove(first)
-    model.root["nodes"][first]["matrix"] = [0.5, 0.1, 0, 0, -0.2, 0.5, 0.1, 0, 0, 0, 0.6, 0, 0.5, -0.3, 0, 1]
+    cosine, sine = math.cos(0.5), math.sin(0.5)
+    columns = [[0.6 * cosine, 0.6 * sine, 0, 0], [-0.5 * sine, 0.5 * cosine, 0, 0], [0, 0, 0.5, 0], [0.4, -0.3, 0, 1]]
+    model.root["nodes"][first]["matrix"] = [x for column in columns for x in column]
     attributes, triangles = model.shape(ball(10))
     red = model.add("materials", {"pbrMetallicRoughness": pbr(0.4, colour=(0.8, 0.2, 0.1))})
     part = {"attributes": attributes, "indices": model.accessor(triangles, SHORT), "material": red}
     model.root["meshes"][-1]["primitives"].append(part)
-    model.node({"children": [first], "scale": [-1.2, 1, 1], "rotation": turned(30)})
+    model.node({"children": [first], "scale": [-1.2, 0.7, 1], "rotation": turned(30)})
     model.write("sheared.gltf")
 
     model = Model()  # its back towards the camera
@@ -495,7 +499,8 @@ def colours_and_textures():
             if transform:
                 model.use("KHR_texture_transform")
                 texture["extensions"] = {"KHR_texture_transform": transform}
-            return {"pbrMetallicRoughness": {**pbr(roughness, colour=(1, 1, 1)), "baseColorTexture": texture}, **(alpha or {})}
+            white = {**pbr(roughness, colour=(1, 1, 1)), "baseColorTexture": texture}
+            return {"pbrMetallicRoughness": white, **(alpha or {})}
 
         return material
 
@@ -590,16 +595,17 @@ def lights_and_cameras():
     aside = {"translation": [1.5, 1, 3], "rotation": [-0.14 * 0.97, 0.23, 0.03, 0.96]}
     length = math.sqrt(sum(x * x for x in aside["rotation"]))
     aside["rotation"] = [x / length for x in aside["rotation"]]
-    seen("camera_perspective.gltf", {"type": "perspective", "perspective": {"yfov": 0.6, "znear": 0.1, "aspectRatio": 1}}, aside)
-    parallel = {"xmag": 1.7, "ymag": 1.7, "znear": 0.01, "zfar": 100}
-    seen("camera_orthographic.gltf", {"type": "orthographic", "orthographic": parallel}, aside)
-    front = {"translation": [0, 0, 4]}
-    seen("camera_orthographic_front.gltf", {"type": "orthographic", "orthographic": {**parallel, "xmag": 1.4, "ymag": 1.4}}, front)
+    lens = {"yfov": 0.6, "znear": 0.1, "aspectRatio": 1}
+    seen("camera_perspective.gltf", {"type": "perspective", "perspective": lens}, aside)
+    for path, size, node in (("", 1.7, aside), ("_front", 1.4, {"translation": [0, 0, 4]})):
+        parallel = {"xmag": size, "ymag": size, "znear": 0.01, "zfar": 100}
+        seen(f"camera_orthographic{path}.gltf", {"type": "orthographic", "orthographic": parallel}, node)
 
 
 def panorama(path, width=64, height=32):
     """Writes an environment of soft lights; the top row is straight up, the middle is seen along -z."""
-    lobes = (((0.5, 0.6, 0.6), 8, (3, 2.6, 2)), ((-0.8, 0.1, 0.5), 4, (0.2, 0.4, 0.9)), ((0, 0.2, -1), 6, (0.3, 0.7, 0.3)))
+    lobes = [((0.5, 0.6, 0.6), 8, (3, 2.6, 2)), ((-0.8, 0.1, 0.5), 4, (0.2, 0.4, 0.9))]
+    lobes.append(((0, 0.2, -1), 6, (0.3, 0.7, 0.3)))
     rows = []
     for j in reversed(range(height)):  # a PFM file begins with the lowest row
         for i in range(width):
