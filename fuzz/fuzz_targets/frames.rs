@@ -7,6 +7,7 @@
 use libfuzzer_sys::fuzz_target;
 use std::fs::write;
 use std::path::Path;
+use trisect::bvh::BvhQuality;
 use trisect::render::{PreparedScene, SceneTree};
 use trisect::scene::{AnimatedScene, Includes, SceneError};
 use trisect_fuzz::{Choices, bounded, enter_folder, glb, has_few_triangles, is_small, promises, records};
@@ -47,6 +48,7 @@ fn frames(path: &Path, choices: &Choices) -> Result<(), SceneError> {
     let Choices { options, surroundings, sharing, .. } = choices;
     let mut scene = AnimatedScene::load(path, Includes::Below, options, surroundings)?;
     scene.sharing = *sharing;
+    let quality = Some(BvhQuality::Fast);
     let mut tree: Option<SceneTree> = None;
     for time in [0.0, 0.5, 0.75, 1e9] {
         let document = scene.document(time)?;
@@ -60,8 +62,8 @@ fn frames(path: &Path, choices: &Choices) -> Result<(), SceneError> {
             return Ok(());
         }
         let prepared = match tree.take() {
-            Some(tree) => PreparedScene::moved(&lowered, None, tree),
-            None => PreparedScene::new(&lowered, None),
+            Some(tree) => PreparedScene::moved(&lowered, quality, tree),
+            None => PreparedScene::new(&lowered, quality),
         };
         tree = Some(prepared.expect("every scene has a tree").into_tree());
     }

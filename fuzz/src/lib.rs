@@ -5,7 +5,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::{ErrorKind, Result};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
-use trisect::bvh::{Bvh, Wide};
+use trisect::bvh::{Bvh, BvhQuality, Wide};
 use trisect::glam::DVec3;
 use trisect::lights::Lights;
 use trisect::scene::description::{Description, Texels};
@@ -117,22 +117,22 @@ impl Choices {
             bytes.windows(quoted.len()).any(|part| part == quoted.as_bytes()).then(|| name.to_owned())
         };
         let time = [None, Some(0.4), Some(0.01 * length as f64), Some(-1.0)][length % 4];
-        let animation = if length % 5 == 0 { named("walk") } else { None };
-        let variant = if length % 3 == 0 { named("Night") } else { None };
+        let animation = if length.is_multiple_of(5) { named("walk") } else { None };
+        let variant = if length.is_multiple_of(3) { named("Night") } else { None };
         // The panorama of the studio has many texels, so that lowering it takes long.
         let environment = match length % 128 {
             0 => None,
             1 => Some(EnvironmentSource::Studio),
             _ => Some(EnvironmentSource::Uniform),
         };
-        let sun = (length % 7 == 0).then_some(Sun { azimuth: 30.0, elevation: 40.0, irradiance: 2.0 });
+        let sun = length.is_multiple_of(7).then_some(Sun { azimuth: 30.0, elevation: 40.0, irradiance: 2.0 });
         let ground = [None, Some(true), Some(false)][length % 3];
         let far = Rebase { origin: DVec3::new(10.0, -2e3, 0.5), scale: 0.125 };
         Self {
             options: ModelOptions { time, animation, variant },
             surroundings: Surroundings { environment, sun, ground },
-            sharing: if length % 2 == 0 { Sharing::Auto } else { Sharing::Always },
-            space: if length % 11 == 0 { far } else { Rebase::IDENTITY },
+            sharing: if length.is_multiple_of(2) { Sharing::Auto } else { Sharing::Always },
+            space: if length.is_multiple_of(11) { far } else { Rebase::IDENTITY },
         }
     }
 
@@ -165,7 +165,9 @@ pub fn scene(lowered: std::result::Result<Scene, SceneError>) {
     let Ok(scene) = lowered else { return };
     records(&scene);
     if is_small(&scene) {
-        let bvh = Bvh::build(&scene, None).expect("every scene has a tree");
+        // The default quality takes most of the time of an input.
+        let quality = if scene.primitives().is_multiple_of(16) { None } else { Some(BvhQuality::Fast) };
+        let bvh = Bvh::build(&scene, quality).expect("every scene has a tree");
         assert_eq!(bvh.triangles.len(), scene.triangles.len() + scene.shared.triangles.len());
         Wide::new(&scene, &bvh).expect("every tree can be made wide");
         Lights::new(&scene, bvh.world_triangles());
