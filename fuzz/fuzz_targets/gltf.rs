@@ -5,11 +5,14 @@
 
 use libfuzzer_sys::fuzz_target;
 use trisect::scene::import::gltf;
-use trisect_fuzz::{Same, bounded, model, options};
+use trisect_fuzz::{Choices, Same, bounded, model};
 
 fuzz_target!(|bytes: &[u8]| {
     let mut parts = bytes.splitn(2, |byte| *byte == 0);
     let json = parts.next().unwrap_or_default();
     let file = parts.next().unwrap_or(json);
-    bounded(bytes.len(), || model(gltf::parse(json, "fuzz.gltf", &options(bytes), &mut Same(file))));
+    let choices = Choices::of(bytes);
+    bounded(bytes.len(), || {
+        model(gltf::parse(json, "fuzz.gltf", &choices.options, &mut Same(file)), &choices);
+    });
 });

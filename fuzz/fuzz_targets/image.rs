@@ -1,6 +1,6 @@
 //! Fuzz target: images. The first byte selects the kind: PFM as bytes; HDR, EXR and PFM as
-//! panoramas; PNG and JPEG as textures; PNG for comparisons. What can be read must be writable. All
-//! but the first are read from files only, so the input is written to one.
+//! panoramas; PNG, JPEG, WebP and KTX2 as textures; PNG for comparisons. What can be read must be
+//! writable. All but the first are read from files only, so the input is written to one.
 
 #![no_main]
 
@@ -23,7 +23,8 @@ fn read(bytes: &[u8]) {
     let [kind, bytes @ ..] = bytes else { return };
     if *kind == b'0' {
         if let Ok(image) = pfm::decode(bytes) {
-            let again = pfm::decode(&encode(&image, Format::Pfm).expect("PFM takes everything")).expect("it is PFM");
+            let again =
+                pfm::decode(&encode(&image, Format::Pfm).expect("PFM takes everything")).expect("it is PFM");
             assert_eq!((again.width, again.height), (image.width, image.height));
         }
         return;

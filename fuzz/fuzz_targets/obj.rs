@@ -4,10 +4,11 @@
 
 use libfuzzer_sys::fuzz_target;
 use trisect::scene::import::obj;
-use trisect_fuzz::{Same, bounded, model};
+use trisect_fuzz::{Choices, Same, bounded, model};
 
 fuzz_target!(|bytes: &[u8]| {
     let mut parts = bytes.splitn(2, |byte| *byte == 0);
     let (geometry, library) = (parts.next().unwrap_or_default(), parts.next().unwrap_or_default());
-    bounded(bytes.len(), || model(obj::parse(geometry, "fuzz.obj", &mut Same(library))));
+    let read = || obj::parse(geometry, "fuzz.obj", &mut Same(library));
+    bounded(bytes.len(), || model(read(), &Choices::of(bytes)));
 });

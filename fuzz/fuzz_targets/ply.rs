@@ -4,6 +4,8 @@
 
 use libfuzzer_sys::fuzz_target;
 use trisect::scene::import::ply;
-use trisect_fuzz::{bounded, model};
+use trisect_fuzz::{Choices, bounded, model};
 
-fuzz_target!(|bytes: &[u8]| bounded(bytes.len(), || model(ply::parse(bytes, "fuzz.ply"))));
+fuzz_target!(|bytes: &[u8]| {
+    bounded(bytes.len(), || model(ply::parse(bytes, "fuzz.ply"), &Choices::of(bytes)));
+});

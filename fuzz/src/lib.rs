@@ -5,11 +5,14 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::{ErrorKind, Result};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
-use trisect::bvh::Bvh;
+use trisect::bvh::{Bvh, BvhQuality, Wide};
+use trisect::glam::DVec3;
 use trisect::lights::Lights;
 use trisect::scene::description::{Description, Texels};
 use trisect::scene::import::{Files, ModelOptions};
-use trisect::scene::{Scene, SceneError};
+use trisect::scene::{
+    EnvironmentSource, Rebase, Scene, SceneDocument, SceneError, Sharing, Sun, Surroundings,
+};
 
 /// Maximum number of triangles of a model that is lowered to a scene. Here and below: a few bytes
 /// may describe millions, which take long.
@@ -81,7 +84,8 @@ impl Files for Same<'_> {
     }
 }
 
-/// Returns whether the bytes are not an image, or an image of at most [`TEXELS`] texels.
+/// Returns whether the bytes are not an image, or an image of at most [`TEXELS`] texels. WebP and
+/// KTX2 count as no image: those of textures are small in these builds.
 pub fn small(bytes: &[u8]) -> bool {
     let Ok(mut reader) = image::ImageReader::new(std::io::Cursor::new(bytes)).with_guessed_format() else {
         return true;
@@ -90,24 +94,101 @@ pub fn small(bytes: &[u8]) -> bool {
     reader.into_dimensions().map_or(true, |(width, height)| u64::from(width) * u64::from(height) <= TEXELS)
 }
 
+/// Choices of who renders a scene.
+pub struct Choices {
+    /// Time, animation and variant of models.
+    pub options: ModelOptions,
+    /// Environment, sun and ground.
+    pub surroundings: Surroundings,
+    /// Choice of the meshes that instances share.
+    pub sharing: Sharing,
+    /// Space that the renderer computes in.
+    pub space: Rebase,
+}
+
+impl Choices {
+    /// Returns choices that follow from the length of an input, so that each comes up for each kind
+    /// of input, and an input has the same ones again. The animation "walk" and the variant "Night"
+    /// are chosen only from inputs that name them.
+    pub fn of(bytes: &[u8]) -> Self {
+        let length = bytes.len();
+        let named = |name: &str| {
+            let quoted = format!("\"{name}\"");
+            bytes.windows(quoted.len()).any(|part| part == quoted.as_bytes()).then(|| name.to_owned())
+        };
+        let time = [None, Some(0.4), Some(0.01 * length as f64), Some(-1.0)][length % 4];
+        let animation = if length.is_multiple_of(5) { named("walk") } else { None };
+        let variant = if length.is_multiple_of(3) { named("Night") } else { None };
+        // The panorama of the studio has many texels, so that lowering it takes long.
+        let environment = match length % 128 {
+            0 => None,
+            1 => Some(EnvironmentSource::Studio),
+            _ => Some(EnvironmentSource::Uniform),
+        };
+        let sun = length.is_multiple_of(7).then_some(Sun { azimuth: 30.0, elevation: 40.0, irradiance: 2.0 });
+        let ground = [None, Some(true), Some(false)][length % 3];
+        let far = Rebase { origin: DVec3::new(10.0, -2e3, 0.5), scale: 0.125 };
+        Self {
+            options: ModelOptions { time, animation, variant },
+            surroundings: Surroundings { environment, sun, ground },
+            sharing: if length.is_multiple_of(2) { Sharing::Auto } else { Sharing::Always },
+            space: if length.is_multiple_of(11) { far } else { Rebase::IDENTITY },
+        }
+    }
+
+    /// Makes the device records of a scene.
+    pub fn lower(&self, document: SceneDocument) -> std::result::Result<Scene, SceneError> {
+        SceneDocument { sharing: self.sharing, ..document }.lower(self.space)
+    }
+}
+
 /// Checks what a reader guarantees, and builds the scene if the model is small.
-pub fn model(read: std::result::Result<Description, SceneError>) {
+pub fn model(read: std::result::Result<Description, SceneError>, choices: &Choices) {
     let Ok(description) = read else { return };
     promises(&description);
+    if !has_few_triangles(&description) {
+        return;
+    }
+    let document = SceneDocument::from_model_in_surroundings(description, "fuzz", &choices.surroundings);
+    scene(document.and_then(|document| choices.lower(document)));
+}
+
+/// Returns whether a description has at most [`TRIANGLES`] triangles, counting each instance.
+pub fn has_few_triangles(description: &Description) -> bool {
     let placed = |mesh: usize| description.meshes[mesh].triangles.len();
     let triangles: usize = description.instances.iter().map(|instance| placed(instance.mesh)).sum();
-    if triangles <= TRIANGLES {
-        scene(Scene::from_model(description, "fuzz"));
-    }
+    triangles <= TRIANGLES
 }
 
 /// Checks the records of a scene, and builds BVH and lights if it is small.
 pub fn scene(lowered: std::result::Result<Scene, SceneError>) {
     let Ok(scene) = lowered else { return };
+    records(&scene);
+    if is_small(&scene) {
+        // The default quality takes most of the time of an input.
+        let quality = if scene.primitives().is_multiple_of(16) { None } else { Some(BvhQuality::Fast) };
+        let bvh = Bvh::build(&scene, quality).expect("every scene has a tree");
+        assert_eq!(bvh.triangles.len(), scene.triangles.len() + scene.shared.triangles.len());
+        Wide::new(&scene, &bvh).expect("every tree can be made wide");
+        Lights::new(&scene, bvh.world_triangles());
+    }
+}
+
+/// Returns whether a scene has primitives, and few enough for a BVH.
+pub fn is_small(scene: &Scene) -> bool {
+    (1..=TREE).contains(&(scene.primitives() + scene.shared.instances.len()))
+}
+
+/// Checks the records of a scene.
+pub fn records(scene: &Scene) {
     let sound = |x: f32| x.is_finite();
-    for triangle in &scene.triangles {
+    for triangle in scene.triangles.iter().chain(&scene.shared.triangles) {
         let normal = triangle.normal();
         assert!(normal.length_squared() > 0.0 && sound(normal.length_squared()), "{triangle:?}");
+    }
+    for instance in &scene.shared.instances {
+        assert!(instance.map().inverse().is_finite(), "{instance:?}");
+        assert!(scene.shared.corners(instance).all(|corner| corner.is_finite()), "{instance:?}");
     }
     for (index, flat) in scene.flats.iter().enumerate() {
         let sizes = [flat.edge_u, flat.edge_v, flat.dual_u, flat.dual_v, flat.normal];
@@ -117,22 +198,34 @@ pub fn scene(lowered: std::result::Result<Scene, SceneError>) {
         assert!(material.emission.is_finite() && material.albedo.is_finite(), "{material:?}");
         assert!(sound(material.light_pdf) && material.light_pdf >= 0.0, "{material:?}");
     }
-    if (1..=TREE).contains(&scene.primitives()) {
-        let bvh = Bvh::build(&scene, None).expect("every scene has a tree");
-        assert_eq!(bvh.triangles.len(), scene.triangles.len());
-        Lights::new(&scene, &bvh.triangles);
+    for (layers, _) in &scene.layers {
+        let colors =
+            [layers.specular_color, layers.sheen_color, layers.absorption, layers.diffuse_transmission_color];
+        assert!(colors.iter().all(|color| color.is_finite() && color.min_element() >= 0.0), "{layers:?}");
+        let shares = [layers.coat, layers.coat_roughness, layers.anisotropy, layers.film];
+        assert!(shares.iter().all(|share| (0.0..=1.0).contains(share)), "{layers:?}");
+        let numbers = [layers.dispersion, layers.film_ior, layers.film_min, layers.film_thickness];
+        assert!(numbers.iter().all(|x| sound(*x)), "{layers:?}");
+    }
+    for of in &scene.attributes {
+        let uvs = [of.u_a, of.v_a, of.u_b, of.v_b, of.u_c, of.v_c];
+        assert!(uvs.iter().all(|x| sound(*x)), "{of:?}");
     }
 }
 
-fn promises(description: &Description) {
+/// Checks what a reader guarantees.
+pub fn promises(description: &Description) {
     for mesh in &description.meshes {
-        let vertices = mesh.positions.len();
+        let fits = |length: usize| length == 0 || length == mesh.positions.len();
         assert!(mesh.material < description.materials.len());
-        assert!(mesh.normals.is_empty() || mesh.normals.len() == vertices);
-        assert!(mesh.uvs.is_empty() || mesh.uvs.len() == vertices);
+        assert!(fits(mesh.normals.len()) && fits(mesh.uvs.len()) && fits(mesh.second_uvs.len()));
+        assert!(fits(mesh.colors.len()) && fits(mesh.tangents.len()));
+        let vertices = mesh.positions.len();
         assert!(mesh.triangles.iter().flatten().all(|corner| (*corner as usize) < vertices));
         assert!(mesh.positions.iter().flatten().all(|x| x.abs() <= 1e18));
-        assert!(mesh.normals.iter().flatten().chain(mesh.uvs.iter().flatten()).all(|x| x.is_finite()));
+        let uvs = mesh.uvs.iter().chain(&mesh.second_uvs);
+        assert!(mesh.normals.iter().flatten().chain(uvs.flatten()).all(|x| x.is_finite()));
+        assert!(mesh.colors.iter().flatten().all(|x| (0.0..=1.0).contains(x)));
     }
     for instance in &description.instances {
         assert!(instance.mesh < description.meshes.len());
@@ -181,8 +274,16 @@ pub fn enter_folder() -> PathBuf {
     folder
 }
 
-/// Returns choices that depend on the input: a time in most cases, so that animations are read.
-pub fn options(bytes: &[u8]) -> ModelOptions {
-    let time = (bytes.len() % 4 != 0).then_some(bytes.len() as f64 * 0.01);
-    ModelOptions { time, ..ModelOptions::default() }
+/// Returns a GLB file of JSON and a buffer that the first byte 0 separates.
+pub fn glb(bytes: &[u8]) -> Vec<u8> {
+    let mut parts = bytes.splitn(2, |byte| *byte == 0);
+    let (json, binary) = (parts.next().unwrap_or_default(), parts.next().unwrap_or_default());
+    let chunk = |kind: &[u8; 4], content: &[u8], filler: u8| {
+        let mut content = content.to_vec();
+        content.resize(content.len().next_multiple_of(4), filler);
+        [&(content.len() as u32).to_le_bytes()[..], kind, &content].concat()
+    };
+    let chunks = [chunk(b"JSON", json, b' '), chunk(b"BIN\0", binary, 0)].concat();
+    let length = chunks.len() as u32 + 12;
+    [b"glTF", &2u32.to_le_bytes()[..], &length.to_le_bytes(), &chunks].concat()
 }

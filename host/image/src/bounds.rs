@@ -106,6 +106,25 @@ pub fn shortest_jpeg(width: u64, height: u64) -> u64 {
     width.saturating_mul(height) / MAX_JPEG
 }
 
+/// Returns width and height of the lossy image in an extended WebP file; `None` if it has none. The
+/// decoder takes memory for that size, before it compares it with that of the canvas.
+pub fn webp_image(bytes: &[u8]) -> Option<(u64, u64)> {
+    let mut rest = bytes.get(12..)?;
+    if !rest.starts_with(b"VP8X") {
+        return None;
+    }
+    loop {
+        let length = usize::try_from(u32::from_le_bytes(*rest.get(4..)?.first_chunk()?)).ok()?;
+        if let Some(image) = rest.strip_prefix(b"VP8 ") {
+            let side =
+                |at: usize| Some(u64::from(u16::from_le_bytes(*image.get(at..)?.first_chunk()?) & 0x3fff));
+            // Behind the length of the chunk, the tag of the image and a code.
+            return Some((side(10)?, side(12)?));
+        }
+        rest = rest.get(8..)?.get(length.checked_next_multiple_of(2)?..)?;
+    }
+}
+
 /// Returns the bytes of the shortest Radiance file with as many pixels.
 pub(super) fn shortest_hdr(width: u64, height: u64) -> u64 {
     (4 * width.div_ceil(MAX_HDR_RUN)).saturating_mul(height)
@@ -114,6 +133,7 @@ pub(super) fn shortest_hdr(width: u64, height: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::texture::TextureDecoder;
 
     fn bounds(length: u64, free: u64) -> Bounds<'static> {
         Bounds { path: Path::new("a.hdr"), length, free }
@@ -180,5 +200,25 @@ mod tests {
         let hdr = image::codecs::hdr::HdrEncoder::new(&mut bytes);
         hdr.encode(&pixels, width as usize, height as usize).unwrap();
         assert!(bytes.len() as u64 >= shortest_hdr(width.into(), height.into()), "{}", bytes.len());
+    }
+
+    /// A lossy WebP image of another size than its canvas is refused before memory is taken for it.
+    #[test]
+    fn webp_images_have_the_size_of_their_canvas() {
+        let file = |[width, height]: [u16; 2]| {
+            let size = [width.to_le_bytes(), height.to_le_bytes()].concat();
+            let canvas = [b"VP8X\x0a\0\0\0", &[0; 4][..], &[4, 0, 0, 2, 0, 0]].concat();
+            let other = b"EXIF\x01\0\0\0a\0".to_vec();
+            let image = [b"VP8 \x0a\0\0\0", &[0x10, 0, 0, 0x9d, 1, 0x2a][..], &size].concat();
+            let chunks = [b"WEBP".to_vec(), canvas, other, image].concat();
+            [b"RIFF", &(chunks.len() as u32).to_le_bytes()[..], &chunks].concat()
+        };
+        assert_eq!(webp_image(&file([16383, 3])), Some((16383, 3)));
+        assert!(TextureDecoder::new(&file([5, 3])).is_ok());
+        let refused = TextureDecoder::new(&file([16383, 3])).err().unwrap().to_string();
+        assert!(refused.contains("another size than its canvas"), "{refused}");
+        for length in 0..file([5, 3]).len() {
+            assert_eq!(webp_image(&file([5, 3])[..length]), None);
+        }
     }
 }

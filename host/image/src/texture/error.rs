@@ -3,8 +3,9 @@
 use thiserror::Error;
 use trisect_system::memory;
 
-/// Maximum width and height in texels.
-pub const MAX_SIDE: u32 = 16384;
+/// Maximum width and height in texels. It is small for fuzzers: a few bytes may be a large image,
+/// and its memory is that of the machine.
+pub const MAX_SIDE: u32 = if cfg!(fuzzing) { 512 } else { 16384 };
 
 /// Bytes that are no image for a texture. Messages name neither file nor place, which the caller
 /// knows.

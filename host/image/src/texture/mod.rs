@@ -89,6 +89,9 @@ impl<'a> TextureDecoder<'a> {
         if width == 0 || height == 0 {
             return Err(TextureError::Empty);
         }
+        if bounds::webp_image(bytes).is_some_and(|size| size != (width.into(), height.into())) {
+            return Err(TextureError::Codec("the image has another size than its canvas".to_owned()));
+        }
         // An image of one colour has a few bytes at any size.
         check((width.into(), height.into()), 0, bytes.len() as u64)?;
         Ok(Self { source: Source::Image(Box::new(decoder)) })

@@ -105,6 +105,11 @@ fn broken_compression_names_the_place() {
     assert!(found.contains("bufferViews[0] (meshopt): its meshopt data cannot be decoded"), "{found}");
     let found = message(replaced(DRACO, r#""NORMAL":1,"TEXCOORD_0":0}"#, r#""NORMAL":9,"TEXCOORD_0":0}"#));
     assert!(found.contains("its data has no attribute"), "{found}");
+    let fewer = replaced(DRACO, r#""count":229"#, r#""count":228"#);
+    for file in [replaced(&fewer, r#"{"POSITION":2"#, r#"{"POSITIOM":2"#), fewer] {
+        let found = message(file);
+        assert!(found.contains("its data holds more than 228 vertices or 1080 indices"), "{found}");
+    }
     let mut short = ETC1S.to_vec();
     let at = short.windows(8).position(|window| window == b"\xabKTX 20\xbb").unwrap();
     short[at + 44] = 9; // the scheme of supercompression

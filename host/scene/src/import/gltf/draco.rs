@@ -45,19 +45,26 @@ pub fn decode(
     let corners = primitive.indices.map_or(0, count_of);
     // The accessors state what the data must hold: no more is decoded.
     fits(points.saturating_add(corners / 3).saturating_mul(PER_POINT), &site)?;
-    let limits = DecodeLimits::default().with_max_points(points).with_max_faces(corners / 3);
+    let limits = DecodeLimits::default()
+        .with_max_points(points)
+        .with_max_faces(corners / 3)
+        .with_max_decoded_bytes(points.saturating_mul(PER_POINT));
+    let too_many = || format!("its data holds more than {points} vertices or {corners} indices");
     let mut mesh = Mesh::new();
     let mut buffer = DecoderBuffer::new(bytes).with_limits(limits);
     MeshDecoder::new().decode(&mut buffer, &mut mesh).map_err(|error| {
         let problem = match error.kind() {
-            ErrorKind::LimitExceeded => {
-                format!("its data holds more than {points} vertices or {corners} indices")
-            }
+            ErrorKind::LimitExceeded => too_many(),
             _ => format!("its Draco data cannot be decoded: {error}"),
         };
         site.malformed(problem, "export the file again")
     })?;
+    // The decoder compares the points of point clouds only. Triangles may have attributes outside
+    // the data, which have no more elements than the accessors state.
     let count = u32::try_from(mesh.num_points()).unwrap_or(u32::MAX);
+    if u64::from(count) > points {
+        return Err(site.malformed(too_many(), "export the file again"));
+    }
     let mut decoded = Decoded { count, ..Decoded::default() };
     budget.decompress(12 * mesh.num_faces() as u64, bytes.len() as u64, &site)?;
     for face in mesh.faces() {
