@@ -34,6 +34,7 @@ mod resolve;
 mod ron_edit;
 mod scene_document;
 mod shared_meshes;
+mod source;
 mod space;
 mod studio;
 mod surroundings;
