@@ -404,7 +404,14 @@ fn write(
                 space: session.space,
                 object: |primitive| session.renderer.object(primitive),
             };
-            Ok(background::write(background, image, film, &place, (aov, exposed.stops), path)?)
+            Ok(background::write_with_layers(
+                background,
+                image,
+                film,
+                &place,
+                (aov, exposed.stops),
+                path,
+            )?)
         }
         #[cfg(feature = "mpi")]
         (_, Some((image, _))) => Ok(output::write(image, path)?),
