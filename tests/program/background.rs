@@ -141,6 +141,38 @@ fn backgrounds_of_resumed_and_shared_renders() {
     assert!(image::open(&other).unwrap().color().has_alpha());
 }
 
+/// Merged parts have the background of one render.
+#[test]
+fn backgrounds_of_merged_renders() {
+    let folder = Temporary::new("background", "merge");
+    let (scene, file) = (scene(&folder), |name: &str| folder.file(name));
+    for (background, image) in [("transparent", "png"), ("transparent", "exr"), ("#336699", "png")] {
+        let options = ["--spp", "512", "--background", background, "--exposure", "-1"];
+        let (whole, merged) = (file(&format!("whole.{image}")), file(&format!("merged.{image}")));
+        render(&scene, &whole, &options);
+        let parts = ["0..256", "256..512"].map(|samples| {
+            let checkpoint = file(&format!("{}.{image}.ckpt", &samples[..1]));
+            let _ = fs::remove_file(&checkpoint);
+            let part = ["--samples", samples, "--checkpoint", &checkpoint];
+            render(&scene, &file(&format!("part.{image}")), &[&options[..], &part].concat());
+            checkpoint
+        });
+        let arguments = ["merge", &parts[0], &parts[1], "-o", &merged];
+        let output = trisect(&arguments);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success() && !said.contains("warning"), "{said}");
+        assert!(fs::read(&merged).unwrap() == fs::read(&whole).unwrap(), "{background} in {image}");
+        if background == "transparent" {
+            let other = file("merged.hdr");
+            let arguments = ["merge", &parts[0], &parts[1], "-o", &other];
+            check_failure(&trisect(&arguments), &arguments, 2, &["merged.hdr", ".png or .exr"]);
+        }
+        // Negative control: one part alone is another image.
+        run(&["merge", &parts[0], "-o", &merged]);
+        assert!(fs::read(&merged).unwrap() != fs::read(&whole).unwrap());
+    }
+}
+
 #[test]
 fn bad_backgrounds_are_refused() {
     let folder = Temporary::new("background", "bad");

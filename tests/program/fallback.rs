@@ -1,11 +1,13 @@
 //! When a device fails or is missing, another one continues, and nothing that was rendered is lost.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "this is how a test fails")]
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use trisect::checkpoint::{Checkpoint, Identity, arithmetic};
 use trisect::device::cpu::Cpu;
 use trisect::device::{BackendError, Device, DeviceInfo};
 use trisect::film::Film;
-use trisect::render::{MathMode, Renderer, Settings, Summation};
+use trisect::render::{MathMode, PreparedScene, Renderer, Settings, Summation};
 use trisect::{Error, scene::Scene};
 use trisect_tests::fault_injecting_backend::FaultInjectingBackend;
 use trisect_tests::program::{Temporary, check_failure, trisect};
@@ -94,6 +96,40 @@ fn a_device_that_is_lost() {
         lost.render_missing_with_fallback(&mut film, settings, &(0..700), &(), &mut (), &mut other).unwrap();
         assert_ne!(film, whole, "negative control not detected");
     }
+}
+
+/// A device that is full when a scene that moves is uploaded to it at another time.
+#[test]
+fn a_device_that_is_full_when_the_scene_moves() {
+    let (scene, other) = (scene("three_spheres.ron"), scene("materials.ron"));
+    let settings = Settings { width: 32, height: 20, samples: 16, depth: 8, ..Settings::of(&other) };
+    let whole = renderer(&other).render(&settings).unwrap().film;
+    let full = Arc::new(AtomicBool::new(false));
+    let backend = FaultInjectingBackend::new(|| Ok(())).full_while(Arc::clone(&full));
+    let mut moving = Renderer::new(backend, &scene).unwrap();
+    let mut prepared = PreparedScene::new(&other, None).unwrap();
+    full.store(true, Ordering::Relaxed);
+
+    // Without a fallback, or with one that is full, too, there is an error.
+    let mut said = Vec::new();
+    let error = moving.set_scene_with_fallback(&mut prepared, &mut |error| {
+        said.push(error.to_string());
+        let again = FaultInjectingBackend::new(|| Ok(())).full_while(Arc::clone(&full));
+        (said.len() < 3).then(|| Ok(Box::new(again) as Box<dyn Device>))
+    });
+    assert!(matches!(error, Err(Error::Backend(BackendError::Device { .. }))), "{error:?}");
+    assert!(said.len() == 3 && said.iter().all(|line| line.contains("out of memory")), "{said:?}");
+    assert!(moving.render(&settings).is_err(), "no scene is left");
+
+    // With one, the image is the same.
+    let open = || Ok(Box::new(Cpu::open(None)?) as Box<dyn Device>);
+    moving.set_scene_with_fallback(&mut prepared, &mut |_| Some(open())).unwrap();
+    assert_eq!(moving.render(&settings).unwrap().film, whole);
+
+    // A fault of the program is no reason to continue elsewhere; nor is success.
+    let never = &mut |_: &BackendError| -> Option<Result<Box<dyn Device>, Error>> { panic!("asked") };
+    moving.set_scene_with_fallback(&mut prepared, never).unwrap();
+    assert_eq!(moving.render(&settings).unwrap().film, whole);
 }
 
 /// A film of two devices may be continued by either of them, and by no other.

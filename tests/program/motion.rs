@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::time::SystemTime;
 use trisect::image::Image;
-use trisect_tests::models::{bending_tube, sliding_square};
+use trisect_tests::models::{bending_tube, departing_lamp, sliding_square};
 use trisect_tests::program::{Temporary, fails, trisect, wait_for};
 use trisect_tests::running::{Running, program};
 
@@ -112,6 +112,37 @@ fn what_a_model_lacks_is_the_same_in_all_frames() {
     // Negative control: the image at that time alone has a camera of its own.
     render(&tube, &folder.file("alone.exr"), &["--time", "1s"]);
     assert!(part != fs::read(folder.path("alone.exr")).unwrap());
+}
+
+/// Frames that several commands render have one exposure, that of frame 0, as after an interrupt.
+#[test]
+fn the_automatic_exposure_is_that_of_frame_0() {
+    let folder = models("exposure");
+    let lamp = folder.file("lamp.gltf");
+    fs::write(&lamp, departing_lamp()).unwrap();
+    let read = |name: &str| fs::read(folder.path(name)).unwrap();
+    let said = render(&lamp, &folder.file("all.png"), &["--frames", "0..3", "--fps", "2"]);
+    assert!(said.contains("for all frames: that of frame 0"), "{said}");
+    let part = render(&lamp, &folder.file("part.png"), &["--frames", "2..3", "--fps", "2"]);
+    assert_eq!(files(&folder, "part"), ["part.0002.png"], "frame 0 is not written");
+    assert!(read("all.0002.png") == read("part.0002.png"), "{part}");
+    assert_eq!(exposure(&said), exposure(&part));
+    // The printed number does the same, and frame 0 is not rendered for it.
+    let stops = exposure(&said);
+    let more = ["--frames", "2..3", "--fps", "2", "--exposure", &stops];
+    let given = render(&lamp, &folder.file("given.png"), &more);
+    assert!(read("all.0002.png") == read("given.0002.png"), "{given}");
+    assert!(!given.contains("frame 0"), "{given}");
+    // Negative control: the image at that time alone has another exposure.
+    let alone = render(&lamp, &folder.file("alone.png"), &["--time", "1s"]);
+    assert_ne!(exposure(&alone), stops);
+    assert!(read("all.0002.png") != read("alone.png"));
+}
+
+/// Returns the exposure in stops that the program printed.
+fn exposure(said: &str) -> String {
+    let line = said.lines().find(|line| line.starts_with("exposure ")).unwrap();
+    line.split(' ').nth(1).unwrap().to_owned()
 }
 
 #[test]
@@ -226,7 +257,9 @@ fn an_interrupt_keeps_the_frames_that_are_complete() {
     let complete = files(&folder, "out");
     let next = complete.len();
     assert!((2..1000).contains(&next), "{next}");
-    for words in [format!("continue with --frames {next}..5000"), format!("0 to {} are complete", next - 1)] {
+    // The remaining images would have the same exposure without it, which frame 0 gives.
+    let same = format!("continue with --frames {next}..5000 --exposure {}", exposure(&said));
+    for words in [same, format!("0 to {} are complete", next - 1)] {
         assert!(said.contains(&words), "no {words:?} in: {said}");
     }
     for name in complete {

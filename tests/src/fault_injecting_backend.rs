@@ -1,6 +1,8 @@
 //! A backend whose launches can fail or take long, or whose memory does not suffice.
 #![allow(clippy::unwrap_used, reason = "this is how a test fails")]
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use trisect::device::cpu::Cpu;
 use trisect::device::{BackendError, Buffer, Command, Device, DeviceInfo, DeviceKind, MathMode};
@@ -14,6 +16,8 @@ pub struct FaultInjectingBackend {
     after: Box<dyn FnMut() -> Result<(), BackendError> + Send>,
     /// Purpose that there is no memory for.
     lacks: Option<&'static str>,
+    /// While true, memory is neither allocated nor written.
+    full: Arc<AtomicBool>,
 }
 
 impl FaultInjectingBackend {
@@ -24,7 +28,19 @@ impl FaultInjectingBackend {
     /// If the CPU backend does not open.
     pub fn new(after: impl FnMut() -> Result<(), BackendError> + Send + 'static) -> Self {
         let inner = Cpu::open(None).unwrap();
-        Self { info: inner.info().clone(), inner, after: Box::new(after), lacks: None }
+        Self { info: inner.info().clone(), inner, after: Box::new(after), lacks: None, full: Arc::default() }
+    }
+
+    /// Fails to allocate and to write memory while `full` is true.
+    #[must_use]
+    pub fn full_while(self, full: Arc<AtomicBool>) -> Self {
+        Self { full, ..self }
+    }
+
+    fn check_memory(&self, action: &'static str) -> Result<(), BackendError> {
+        let message = "out of memory".to_owned();
+        let error = BackendError::Device { backend: "cpu", action, message };
+        if self.full.load(Ordering::Relaxed) { Err(error) } else { Ok(()) }
     }
 
     /// Takes the memory for `what` away, as errors name it.
@@ -51,10 +67,12 @@ impl Device for FaultInjectingBackend {
         if self.lacks == Some(what) {
             return Err(BackendError::TooLarge { backend: "cpu", what, needed: bytes, limit: bytes / 2 });
         }
+        self.check_memory("allocating memory")?;
         self.inner.allocate(bytes, what)
     }
 
     fn write(&mut self, to: &Buffer, first: u64, bytes: &[u8]) -> Result<(), BackendError> {
+        self.check_memory("copying to the device")?;
         self.inner.write(to, first, bytes)
     }
 

@@ -79,6 +79,28 @@ pub fn sliding_square(end: [f32; 3]) -> String {
     document(&accessors, &rest)
 }
 
+/// Returns a model of a white square of side 2 and of a lamp, which moves away from it in the first
+/// second: the radiance of the square falls by 7 stops and more.
+pub fn departing_lamp() -> String {
+    let corners = [-1.0, -1.0, 0.0, 1.0, -1.0, 0.0, 1.0, 1.0, 0.0, -1.0, 1.0, 0.0];
+    let accessors = [
+        ("VEC3", Numbers::Floats(&corners)),
+        ("SCALAR", Numbers::Shorts(&[0, 1, 2, 0, 2, 3])),
+        ("SCALAR", Numbers::Floats(&[0.0, 1.0])),
+        ("VEC3", Numbers::Floats(&[0.0, 0.0, 2.0, 0.0, 0.0, 40.0])),
+    ];
+    let channel = json!({ "sampler": 0, "target": { "node": 1, "path": "translation" } });
+    let lamp = json!({ "type": "point", "intensity": 3000.0 });
+    let rest = json!({
+        "extensionsUsed": ["KHR_lights_punctual"],
+        "extensions": { "KHR_lights_punctual": { "lights": [lamp] } },
+        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 }, "indices": 1 }] }],
+        "nodes": [{ "mesh": 0 }, { "extensions": { "KHR_lights_punctual": { "light": 0 } } }],
+        "animations": [{ "samplers": [{ "input": 2, "output": 3 }], "channels": [channel] }],
+    });
+    document(&accessors, &rest)
+}
+
 /// Returns a model of a tube of 2 · `rings` · `sides` triangles on eight joints, which bend in the
 /// first second, and of a camera that moves towards it.
 pub fn bending_tube(rings: u16, sides: u16) -> String {

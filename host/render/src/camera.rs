@@ -41,17 +41,33 @@ pub(crate) fn record(pose: &CameraPose, width: u32, height: u32) -> Camera {
     }
 }
 
+/// Distance of the pinhole that stands for a parallel projection, in heights of the view. Farther
+/// away its rays would be closer to parallel, and depths would lose digits: at this distance their
+/// rounding is a thousandth of the view's height, and a surface up to a hundred heights before or
+/// behind the scene's middle is seen within a fortieth of its place.
+pub(crate) const PARALLEL_DISTANCE: f64 = 4096.0;
+
 /// Returns the view of the pinhole camera at the middle of the lens; for a parallel projection,
-/// that of a pinhole a view's height before the image plane, which has its depths.
-pub(crate) fn pinhole_view(camera: &Camera) -> PinholeView {
+/// that of a distant pinhole, whose pixels have their size at the depth of `middle`, the middle of
+/// the scene.
+pub(crate) fn pinhole_view(camera: &Camera, middle: Option<Vec3>) -> PinholeView {
     let [corner, right, down] = [camera.corner, camera.step_x, camera.step_y].map(Vec3::as_dvec3);
     let axis = right.cross(down).normalize_or(DVec3::NEG_Z);
-    let focus = corner.dot(axis);
+    let depth = corner.dot(axis);
+    let (back, focus) = match camera.is_parallel {
+        0 => (0.0, depth),
+        _ => {
+            let middle = middle.filter(|middle| middle.is_finite()).map(Vec3::as_dvec3);
+            let from_camera = middle.map(|middle| (middle - camera.origin.as_dvec3()).dot(axis));
+            let distance = PARALLEL_DISTANCE * depth;
+            (distance - from_camera.unwrap_or(depth).max(0.0), distance)
+        }
+    };
     let record = |v: DVec3| (v / focus).as_vec3();
     PinholeView {
-        origin: camera.origin,
+        origin: (camera.origin.as_dvec3() - axis * back).as_vec3(),
         pad0: 0,
-        first_pixel: record(corner + (right + down) * 0.5),
+        first_pixel: record(corner + axis * (focus - depth) + (right + down) * 0.5),
         pad1: 0,
         right: record(right),
         pad2: 0,
@@ -135,5 +151,36 @@ mod tests {
             assert!((ray.direction - Vec3::NEG_Z).length() < 1e-6);
         }
         assert!(Lens::new(&camera, 4, 2).is_none());
+    }
+
+    /// Points on the rays of a parallel projection lie on those of the pinhole that stands for it,
+    /// near and far.
+    #[test]
+    fn the_pinhole_of_a_parallel_projection_is_far_away() {
+        for away in [0.5, 5.0, 5e5] {
+            let look_from = DVec3::new(1.0, 2.0, away);
+            let pose = CameraPose {
+                look_from,
+                look_at: look_from - DVec3::Z,
+                parallel_height: 4.0,
+                ..CameraPose::PINHOLE
+            };
+            let camera = record(&pose, 400, 200);
+            let view = pinhole_view(&camera, Some(Vec3::new(7.0, 0.0, 0.0)));
+            for (x, y, z) in [(0.0, 0.0, 0.0), (399.0, 0.0, 0.4), (31.0, 199.0, -20.0), (0.0, 0.0, -400.0)] {
+                // The middle of the pixel, on a surface at this height.
+                let point = DVec3::new(1.0 - 4.0 + 0.02 * (x + 0.5), 2.0 + 2.0 - 0.02 * (y + 0.5), z);
+                let to = point - view.origin.as_dvec3();
+                let depth = to.dot(view.axis.as_dvec3());
+                let [first, right, down] = [view.first_pixel, view.right, view.down].map(Vec3::as_dvec3);
+                let seen = (first + right * x + down * y) * depth;
+                let off = (seen - to).length();
+                // The middle of the scene is at z = 0.
+                assert!(
+                    off <= 1e-2 + 4.5 * z.abs() / (4.0 * PARALLEL_DISTANCE),
+                    "{away}: {x} {y} {z}: {off}"
+                );
+            }
+        }
     }
 }

@@ -111,6 +111,20 @@ pub fn write(
     write_channels((image.width, image.height), channels, path)
 }
 
+/// Writes the image of a film with a hidden sky, and its alpha, which needs no place in a scene.
+///
+/// # Errors
+///
+/// Those of [`write`].
+pub fn write_with_alpha(image: &Image, film: &Film, path: &Path) -> Result<(), ImageError> {
+    let message = "the film lacks the counts of hits that alpha needs".to_owned();
+    let alpha = film.alpha().filter(|alpha| alpha.len() == image.pixels.len());
+    let alpha = alpha.ok_or(ImageError::Codec { path: path.to_owned(), message })?;
+    let mut channels = three(["R", "G", "B"], &image.pixels);
+    channels.push(Channel { name: "A", samples: Samples::F32(alpha) });
+    write_channels((image.width, image.height), channels, path)
+}
+
 fn layer(
     aov: Aov,
     film: &Film,

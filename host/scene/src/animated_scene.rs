@@ -1,15 +1,15 @@
 //! A scene at any time of the animations of its models.
 
 use super::description::Sky;
-use super::import::{self, Folder, Includes, ModelOptions};
+use super::import::{Folder, Includes, ModelOptions};
 use super::library::Library;
 use super::loader::Loader;
 use super::lower::Looks;
 use super::model::{self, Additions};
+use super::source::Source;
 use super::surroundings::Surroundings;
 use super::{Rebase, Scene, SceneDocument, SceneError, Sharing};
 use std::path::{Path, PathBuf};
-use trisect_system::input;
 
 /// A scene file, or a model, whose models move. Its files are read, its images decoded and its
 /// textures packed once.
@@ -53,13 +53,9 @@ impl AnimatedScene {
     ) -> Result<Self, SceneError> {
         let name = path.display().to_string();
         let folder = Folder::of(path).including(includes);
-        let content = if import::is_model(path) {
-            Content::Model { path: path.to_owned(), additions: None }
-        } else if path.extension().is_some_and(|extension| !extension.eq_ignore_ascii_case("ron")) {
-            return Err(SceneError::UnknownFormat { path: path.to_owned() });
-        } else {
-            let read = input::read_text(path);
-            Content::File(read.map_err(|source| SceneError::Read { path: path.to_owned(), source })?)
+        let content = match Source::open(path)? {
+            Source::Model => Content::Model { path: path.to_owned(), additions: None },
+            Source::File(text) => Content::File(text),
         };
         let library = Library::new(folder.clone(), options.clone());
         let sky = surroundings.environment.as_ref().map(|environment| environment.sky()).transpose()?;

@@ -75,6 +75,18 @@ impl CameraPath {
                 pair[0].0, pair[1].0
             )));
         }
+        let is_parallel = |key: &(u32, CameraPose)| key.1.parallel_height > 0.0;
+        if let Some(pair) = keys.windows(2).find(|pair| is_parallel(&pair[0]) != is_parallel(&pair[1])) {
+            let kind = |key| match is_parallel(key) {
+                true => "a parallel projection (height)",
+                false => "a perspective (vertical_fov)",
+            };
+            let ((first, second), (one, other)) = ((pair[0].0, pair[1].0), (kind(&pair[0]), kind(&pair[1])));
+            return Err(refused(format!(
+                "keys: the camera of frame {second} is {other}, and that of frame {first} {one}; there is \
+                 nothing in between: give all keys cameras of one kind, or write a path for each kind"
+            )));
+        }
         Ok(Self { keys })
     }
 
@@ -135,6 +147,16 @@ mod tests {
         assert!(line.starts_with("path.ron:3:"), "{line}");
         assert!(said(&PATH.replace("look_at: (0, 1, 0)", "look_at: (2, 0, 4)")).contains("same point"));
         assert!(said("").starts_with("path.ron:1:1"));
+        let mixed = PATH.replace("vertical_fov: 60", "height: 2");
+        let error = CameraPath::parse(&mixed, "path.ron").unwrap_err();
+        assert!(matches!(&error, SceneError::Inconsistent { file, .. } if file == "path.ron"), "{error:?}");
+        for words in ["frame 6 is a parallel", "frame 2 a perspective", "cameras of one kind"] {
+            assert!(error.to_string().contains(words), "{error}");
+        }
+        // Two parallel projections have one in between.
+        let parallel = mixed.replace("vertical_fov: 40", "height: 1");
+        let path = CameraPath::parse(&parallel, "path.ron").unwrap();
+        assert_eq!(path.pose(4).unwrap().parallel_height, 1.5);
     }
 
     #[test]

@@ -35,6 +35,7 @@ mod ron_edit;
 mod scene_document;
 mod shared_meshes;
 mod shared_vec;
+mod source;
 mod space;
 mod studio;
 mod surroundings;

@@ -4,6 +4,7 @@
 use super::description::{Description, TextureImage};
 use super::import::{Folder, Includes, ModelOptions};
 use super::loader::Loader;
+use super::source::Source;
 use super::surroundings::{self, Surroundings};
 use super::{
     ImageSettings, Rebase, Scene, SceneError, Sharing, format, import, lower, model, resolve, warnings,
@@ -11,7 +12,6 @@ use super::{
 use std::path::Path;
 use std::sync::Arc;
 use trisect_image::Image;
-use trisect_system::input;
 
 /// The built-in scene, a copy of the one in `scenes`, which a published crate does not contain.
 const HELLO_WORLD: &str = include_str!("../assets/three_spheres.ron");
@@ -93,18 +93,14 @@ impl SceneDocument {
     ) -> Result<Self, SceneError> {
         let name = path.display().to_string();
         let folder = Folder::of(path).including(includes);
-        if import::is_model(path) {
-            let model = import::load_below(path, options, &folder)?;
-            let document = Self::from_model_in_surroundings(model, &name, surroundings)?;
-            return Ok(Self { options: options.clone(), ..document });
+        match Source::open(path)? {
+            Source::Model => {
+                let model = import::load_below(path, options, &folder)?;
+                let document = Self::from_model_in_surroundings(model, &name, surroundings)?;
+                Ok(Self { options: options.clone(), ..document })
+            }
+            Source::File(text) => Self::read(&text, &name, &folder, options)?.surrounded(surroundings),
         }
-        // Files without an extension, such as `/dev/stdin`, are scene files.
-        if path.extension().is_some_and(|extension| !extension.eq_ignore_ascii_case("ron")) {
-            return Err(SceneError::UnknownFormat { path: path.to_owned() });
-        }
-        let text =
-            input::read_text(path).map_err(|source| SceneError::Read { path: path.to_owned(), source })?;
-        Self::read(&text, &name, &folder, options)?.surrounded(surroundings)
     }
 
     /// Returns the scene with these surroundings. It is one of a scene file, not a bare model.

@@ -4,7 +4,7 @@ use crate::cli::Background;
 use std::path::Path;
 use trisect::film::Film;
 use trisect::image::{Image, ImageError};
-use trisect::layers::{Aov, FilmPlace, write as write_layers};
+use trisect::layers::{Aov, FilmPlace, write as write_layers, write_with_alpha};
 use trisect::output::{self, Format};
 
 /// Checks that the format of an image has alpha, if it needs it.
@@ -16,9 +16,23 @@ pub fn check(background: Background, path: &Path) -> Result<(), ImageError> {
     }
 }
 
-/// Writes the image of a film, with the layers `aov`, before a background. `stops` is the exposure
-/// that was applied to the image; a background's colour has none.
-pub fn write(
+/// Writes the image of a film before a background, without layers. An exposure is applied to the
+/// image already; a background's colour has none.
+pub fn write(background: Background, image: &Image, film: &Film, path: &Path) -> Result<(), ImageError> {
+    check(background, path)?;
+    match (background, Format::of(path)?) {
+        (Background::Sky, _) => output::write(image, path),
+        (Background::Transparent, Format::Png) => {
+            output::write_transparent(image, &alpha_of(film, path)?, path)
+        }
+        (Background::Transparent, _) => write_with_alpha(image, film, path),
+        (Background::Color(color), _) => output::write(&over(image, &alpha_of(film, path)?, color), path),
+    }
+}
+
+/// Writes the image of a film as [`write`] does, with the layers `aov`. `stops` is the exposure
+/// that was applied to the image.
+pub fn write_with_layers(
     background: Background,
     image: &Image,
     film: &Film,
@@ -26,21 +40,18 @@ pub fn write(
     (aov, stops): (&[Aov], f32),
     path: &Path,
 ) -> Result<(), ImageError> {
+    if aov.is_empty() {
+        return write(background, image, film, path);
+    }
     check(background, path)?;
-    let before_color;
-    let (image, alpha) = match background {
-        Background::Sky => (image, None),
-        Background::Transparent => (image, Some(alpha_of(film, path)?)),
-        Background::Color(color) => {
-            before_color = over(image, &alpha_of(film, path)?, color);
-            (&before_color, None)
+    match background {
+        Background::Sky => write_layers(image, film, place, aov, stops, path),
+        Background::Transparent => {
+            write_layers(image, film, place, &[aov, &[Aov::Alpha]].concat(), stops, path)
         }
-    };
-    match (alpha, Format::of(path)?) {
-        (Some(alpha), Format::Png) => output::write_transparent(image, &alpha, path),
-        (Some(_), _) => write_layers(image, film, place, &[aov, &[Aov::Alpha]].concat(), stops, path),
-        (None, _) if !aov.is_empty() => write_layers(image, film, place, aov, stops, path),
-        (None, _) => output::write(image, path),
+        Background::Color(color) => {
+            write_layers(&over(image, &alpha_of(film, path)?, color), film, place, aov, stops, path)
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! `trisect resume` continues a render from its checkpoint; `trisect merge` combines checkpoints.
 
-use super::{Session, eprint, render};
-use crate::cli::{Cli, Command, MergeArgs, RenderArgs, ResumeArgs, Samples};
+use super::{Session, background, eprint, render};
+use crate::cli::{Background, Cli, Command, MergeArgs, RenderArgs, ResumeArgs, Samples};
 use clap::Parser;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -129,17 +129,19 @@ pub fn merge(arguments: &MergeArgs) -> Result<ExitCode, Error> {
     if as_image {
         let mut image = sum.film.image();
         let command = render_command(&sum.header);
-        if command.as_ref().is_some_and(|command| {
-            command.denoise.denoise.is_some() || !command.aov.is_empty() || command.background.hides_sky()
-        }) {
+        if command
+            .as_ref()
+            .is_some_and(|command| command.denoise.denoise.is_some() || !command.aov.is_empty())
+        {
             eprint(
-                "warning: the image is not denoised, has no layers and no background, although the render's \
-                 command asks for one of them; merge to a checkpoint and resume that",
+                "warning: the image is not denoised and has no layers, although the render's command asks \
+                 for one of them; merge to a checkpoint and resume that",
             );
         }
         let exposed = exposure(arguments, command.as_ref()).of(&image, &arguments.output);
         exposed.apply(&mut image);
-        output::write(&image, &arguments.output)?;
+        let background = command.as_ref().map_or(Background::Sky, |command| command.background);
+        background::write(background, &image, &sum.film, &arguments.output)?;
         if let Some(automatic) = exposed.automatic {
             eprint(&automatic.to_string());
         }

@@ -56,7 +56,8 @@ pub struct DenoiseSettings {
     /// Angle between the normals, in degrees.
     #[serde(serialize_with = "number_or_inf")]
     pub normal: f32,
-    /// Distance from the tangent plane, relative to the depth.
+    /// Distance from the tangent plane, relative to the depth; in a parallel projection, relative
+    /// to the height of the view.
     #[serde(serialize_with = "number_or_inf")]
     pub depth: f32,
 }
@@ -99,7 +100,7 @@ impl DenoiseSettings {
         DenoiseParams {
             color_factor: stop_factor(f64::from(self.color).powi(2)),
             normal_factor: stop_factor(if self.normal.is_finite() { 1.0 - cosine } else { f64::INFINITY }),
-            depth_factor: stop_factor(f64::from(self.depth).powi(2)).sqrt(),
+            depth_factor: image.depth_factor(self.depth),
             ..image.params()
         }
     }

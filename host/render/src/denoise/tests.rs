@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::render::{Renderer, Settings};
+use std::ops::Range;
 use trisect_device::cpu::Cpu;
 use trisect_scene::Scene;
 use trisect_shared::rng::Words;
@@ -31,7 +32,7 @@ fn passes_are_chained() {
     let settings = Settings { width: 16, height: 9, ..Settings::of(&scene) };
     let camera = renderer.camera(&settings);
     for filter in [Filter::Atrous, Filter::Svgf] {
-        let image = FrameView::by(&camera, 16, 9);
+        let image = FrameView::by(&camera, None, 16, 9);
         let denoise = DenoiseSettings { levels: 4, ..DenoiseSettings::new(filter) };
         let passes = passes(Some(&denoise), &image, &TemporalInputs::none(&image), &(0..9));
         assert!(passes.windows(2).all(|pair| pair[1].from == pair[0].to));
@@ -51,7 +52,7 @@ fn the_view_is_the_cameras() {
     let scene = Scene::hello_world().unwrap();
     let renderer = Renderer::new(Cpu::open(Some(1)).unwrap(), &scene).unwrap();
     let camera = renderer.camera(&Settings { width: 160, height: 90, ..Settings::of(&scene) });
-    let view = crate::camera::pinhole_view(&camera);
+    let view = crate::camera::pinhole_view(&camera, None);
     assert_eq!(view.origin, camera.origin);
     for (x, y) in [(0, 0), (159, 0), (31, 89)] {
         let half = 1 << 31;
@@ -95,4 +96,66 @@ fn a_frame_is_denoised() {
     assert!(renderer.render(&only_filter).unwrap().image() == by_hand);
     let wrong = DenoiseSettings { levels: 0, ..DenoiseSettings::new(Filter::Svgf) };
     assert!(renderer.render(&settings.denoise(wrong)).is_err());
+}
+
+/// Returns three grey squares side by side, `away` from a camera whose parallel view they fill: one
+/// that faces it, one behind that, in the shadow of a wall, and one that is askew.
+fn squares(away: f64) -> Scene {
+    let text = format!(
+        r#"Scene(version: 1, image: (width: 120, height: 40, samples: 4, depth: 2),
+        camera: (look_from: (3, 1, {away}), look_at: (3, 1, -9), height: 2), sky: Uniform(radiance: (0, 0, 0)),
+        materials: {{ "grey": Lambertian(albedo: (0.5, 0.5, 0.5)), "lamp": Emissive(radiance: (9, 9, 9)) }},
+        objects: [
+            Quad(corner: (-1, -1, 0), u: (3, 0, 0), v: (0, 4, 0), material: "grey"),
+            Quad(corner: (2, -1, -0.8), u: (2, 0, 0), v: (0, 4, 0), material: "grey"),
+            Quad(corner: (2, -1, 0), u: (0, 0, -0.8), v: (0, 4, 0), material: "grey"),
+            Quad(corner: (4, -1, 0), u: (2, 0, -2), v: (0, 4, 0), material: "grey"),
+            Sphere(center: (-1, 1, 1), radius: 0.5, material: "lamp"),
+            Sphere(center: (7, 1, 1), radius: 0.5, material: "lamp")])"#
+    );
+    Scene::parse(&text, "squares").unwrap()
+}
+
+/// In a parallel projection the filter smooths a surface that is askew, and keeps the edge between
+/// surfaces behind each other, whatever their distance.
+#[test]
+fn planes_of_a_parallel_projection() {
+    // Light does not stop the filter: it must be the planes.
+    let denoise = DenoiseSettings { color: f32::INFINITY, levels: 2, ..Filter::Atrous.into() };
+    let pixels = |image: &Image, columns: Range<usize>| -> Vec<f64> {
+        let width = image.width as usize;
+        let row = |y: usize| columns.clone().map(move |x| y * width + x);
+        (8..32).flat_map(row).map(|pixel| f64::from(image.pixels[pixel][0])).collect()
+    };
+    let mean = |values: Vec<f64>| values.iter().sum::<f64>() / values.len() as f64;
+    // Mean square of the differences between neighbours of a row.
+    let noise = |image: &Image| {
+        let [left, right] = [85..114, 86..115].map(|columns| pixels(image, columns));
+        mean(left.iter().zip(right).map(|(a, b)| (a - b).powi(2)).collect())
+    };
+    for away in [0.2, 3.0, 400.0] {
+        let scene = squares(away);
+        let mut renderer = Renderer::new(Cpu::open(None).unwrap(), &scene).unwrap();
+        let settings = Settings { guides: true, ..Settings::of(&scene) };
+        let exact = renderer.render(&Settings { samples: 512, ..settings.clone() }).unwrap().image();
+        let noisy = renderer.render(&settings).unwrap();
+        let before = noise(&noisy.image());
+        // Returns by which factors the light differs on both sides of the edge between the first
+        // square and the dark second one, and the noise of the third.
+        let mut filter = |depth: f32| {
+            let denoise = DenoiseSettings { depth, ..denoise };
+            let smooth = renderer.denoise(&noisy.film, &settings, &denoise).unwrap().0;
+            let light = |image: &Image, columns| mean(pixels(image, columns));
+            let [bright, dark] =
+                [37..40, 40..43].map(|of: Range<usize>| light(&smooth, of.clone()) / light(&exact, of));
+            (bright, dark, noise(&smooth) / before)
+        };
+        let (bright, dark, left) = filter(denoise.depth);
+        assert!(bright > 0.85 && dark < 3.0 && left < 0.03, "{away}: {bright} {dark} {left}");
+        // Negative controls: without planes light bleeds over the edge, and with planes that are
+        // too thin noise stays.
+        let (bright, dark, _) = filter(f32::INFINITY);
+        assert!(bright < 0.8 && dark > 4.0, "{away}: {bright} {dark}");
+        assert!(filter(1e-4).2 > 0.03, "{away}");
+    }
 }

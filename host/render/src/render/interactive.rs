@@ -106,7 +106,7 @@ impl Renderer {
         fill(pixels, aovs);
         self.uploaded.write_film(pixels, aovs)?;
         let (width, height) = (settings.width, settings.height);
-        let image = FrameView::by(&self.camera(&settings), width, height);
+        let image = FrameView::by(&self.camera(&settings), self.scene.middle(), width, height);
         let passes = passes(Some(denoise), &image, &TemporalInputs::none(&image), &(0..height));
         let times = self.uploaded.denoise(&passes)?;
         self.filtered.resize(count, FilteredPixel::UNKNOWN);
@@ -175,7 +175,7 @@ impl Renderer {
         settings.check_rows(&rows.clone().into(), &(0..settings.samples))?;
         let settings = Settings { guides: true, ..settings.clone() };
         let camera = self.camera(&settings);
-        let image = FrameView::by(&camera, settings.width, settings.height);
+        let image = FrameView::by(&camera, self.scene.middle(), settings.width, settings.height);
         // The state is taken, so that after an error the next frame starts anew.
         let halo = reach(denoise, history.is_some_and(|history| history.frames > 0));
         let around = rows.start.saturating_sub(halo)..rows.end.saturating_add(halo).min(settings.height);

@@ -156,6 +156,13 @@ impl LaunchScene {
         self.params.root
     }
 
+    /// Returns the middle of the scene's box, or `None` for fewer than two primitives.
+    pub fn middle(&self) -> Option<Vec3> {
+        let root = Some(self.root()).filter(|root| !root.is_leaf())?;
+        let [(low, high), (low2, high2)] = self.nodes.get(root.index() as usize)?.boxes();
+        Some(low.min(low2).midpoint(high.max(high2)))
+    }
+
     /// Returns the features that a kernel needs to render the scene.
     pub fn features(&self) -> Features {
         self.features | if self.params.padded { PADDED_BOXES } else { 0 }

@@ -35,7 +35,7 @@ pub use crate::settings::{KernelFeatures, MAX_DEPTH, Sampler, Settings, Settings
 pub(crate) use chunk::ChunkTiming;
 pub use chunk::{ChunkResult, chunks};
 pub use chunk_sum::ChunkSum;
-pub use fallback::FallbackFactory;
+pub use fallback::{DeviceFallback, FallbackFactory};
 pub use film_observer::FilmObserver;
 pub use fingerprint::Fingerprint;
 pub use frame::DisplayTiming;

@@ -7,7 +7,8 @@ use trisect_scene::CameraPose;
 /// image would turn over.
 const POLE: f64 = 0.02;
 
-/// Minimum and maximum distance to the centre of an orbit, relative to the distance at the start.
+/// Minimum and maximum distance to the centre of an orbit, relative to the distance at the start,
+/// and likewise of the height of a parallel view.
 const DISTANCES: (f64, f64) = (1e-4, 1e4);
 
 /// Mode of moving a camera.
@@ -76,16 +77,27 @@ impl Navigator {
         };
     }
 
-    /// Shifts camera and point to the right and up, in units of their distance.
+    /// Returns whether the camera is a parallel projection, whose distance does not change what is
+    /// seen.
+    pub fn is_parallel(&self) -> bool {
+        self.pose.parallel_height > 0.0
+    }
+
+    /// Shifts camera and point to the right and up, in units of their distance; a parallel view in
+    /// units of its height.
     pub fn pan(&mut self, right: f64, up: f64) {
         let upwards = self.right().cross(self.towards()).normalize_or(self.pose.up);
-        let shift = (self.right() * right + upwards * up) * self.towards().length();
+        let unit = if self.is_parallel() { self.pose.parallel_height } else { self.towards().length() };
+        let shift = (self.right() * right + upwards * up) * unit;
         self.place(self.pose.look_from + shift, self.pose.look_at + shift);
     }
 
     /// Divides the distance to the point by e^`closer`. The plane in focus stays on the point if it
-    /// was there.
+    /// was there. Of a parallel view it divides the height, and the camera stays.
     pub fn dolly(&mut self, closer: f64) {
+        if self.is_parallel() {
+            return self.zoom(closer);
+        }
         let first = (self.start.look_at - self.start.look_from).length();
         let now = self.towards().length();
         let wanted = (now * (-closer).exp()).clamp(first * DISTANCES.0, first * DISTANCES.1);
@@ -93,6 +105,17 @@ impl Navigator {
         let focused = (self.pose.focus_distance / now - 1.0).abs() < 1e-6;
         if self.place(self.pose.look_at - self.towards() * by, self.pose.look_at) && focused {
             self.pose.focus_distance = wanted;
+        }
+    }
+
+    /// Divides the height of a parallel view by e^`closer`.
+    fn zoom(&mut self, closer: f64) {
+        let first = self.start.parallel_height;
+        let wanted = self.pose.parallel_height * (-closer).exp();
+        let parallel_height = wanted.clamp(first * DISTANCES.0, first * DISTANCES.1);
+        let pose = CameraPose { parallel_height, ..self.pose };
+        if pose.check().is_ok() {
+            self.pose = pose;
         }
     }
 
@@ -168,6 +191,32 @@ mod tests {
         camera.turn(std::f64::consts::PI, 0.0);
         assert!(near(camera.pose().look_from, DVec3::new(2.0, -1.0, 4.0)));
         assert!(near(camera.pose().look_at, DVec3::new(2.0, -1.0, 9.0)));
+    }
+
+    /// A parallel view is zoomed by its height, which its distance does not do, and a pan by the
+    /// height of the window moves it by its height.
+    #[test]
+    fn a_parallel_view_is_zoomed() {
+        let parallel = CameraPose { parallel_height: 2.0, ..start().pose() };
+        let mut camera = Navigator::new(parallel);
+        camera.dolly(2.0f64.ln());
+        assert!((camera.pose().parallel_height - 1.0).abs() < 1e-12);
+        assert_eq!(CameraPose { parallel_height: 2.0, ..camera.pose() }, Navigator::new(parallel).pose());
+        camera.pan(0.5, 1.0);
+        assert!(near(camera.pose().look_from, DVec3::new(0.5, 1.0, 5.0)), "{:?}", camera.pose());
+        assert!(near(camera.pose().look_at, DVec3::new(0.5, 1.0, 0.0)));
+        for (closer, height) in [(1.0, 2e-4), (-1.0, 2e4)] {
+            (0..100).for_each(|_| camera.dolly(closer));
+            assert!((camera.pose().parallel_height / height - 1.0).abs() < 1e-9);
+        }
+        camera.dolly(f64::NAN);
+        assert!(camera.pose().check().is_ok());
+        camera.reset();
+        assert!(camera.is_parallel() && camera == Navigator::new(parallel));
+        // Negative control: in a perspective the height stays 0.
+        let mut camera = start();
+        camera.dolly(1.0);
+        assert!(!camera.is_parallel());
     }
 
     #[test]

@@ -3,6 +3,7 @@
 //! A [`Stage`](stage::Stage) brings the scene to the moments of each image.
 
 mod checks;
+mod exposure;
 mod names;
 mod outputs;
 mod stage;
@@ -23,7 +24,6 @@ use trisect::denoise::DenoiseSettings;
 use trisect::device::{BackendError, Choice};
 use trisect::film::Film;
 use trisect::image::Image;
-use trisect::output::exposure::Exposure;
 use trisect::render::{RenderObserver, Renderer, Settings, Shutter};
 use trisect::stats::RenderStats;
 use trisect_lab::Error;
@@ -74,7 +74,7 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     let outputs = files.as_ref().map_or_else(|| single::outputs(arguments), FrameFiles::outputs);
     let option = arguments.motion.option().unwrap_or_default();
     let job_arguments = JobArgs { may_roulette: request.is_some(), ..arguments.job.clone() };
-    let first = frames.as_ref().map_or(0, |frames| frames.0.start);
+    let first = exposure::first_frame(arguments);
     let of_start = arguments.job.model.time.unwrap_or(0.0);
     let time = |frame: u32| of_start + f64::from(frame) / arguments.motion.fps();
     let mut stage = Stage::open(job_arguments, &arguments.checkpointing, outputs, option, time(first))?;
@@ -122,7 +122,7 @@ impl Job<'_> {
         files: &FrameFiles,
     ) -> Result<ExitCode, Error> {
         let quiet = self.arguments.log.quiet;
-        let mut exposure = self.arguments.exposure;
+        let mut exposure = self.exposure_before(&mut stage, frames.start)?;
         let mut failed = false;
         for frame in frames.clone() {
             let start = Instant::now();
@@ -131,16 +131,10 @@ impl Job<'_> {
             let time = self.start + f64::from(frame) / self.arguments.motion.fps();
             let rendered = self.render(&mut stage, time, Bar::named(quiet, &place))?;
             if let Some(ended) = self.watch.stop_reason().filter(|_| !rendered.is_complete()) {
-                return Ok(self.stopped(frames, frame, ended));
+                return Ok(self.stopped(frames, frame, exposure, ended));
             }
-            if exposure.is_none() && self.arguments.exposure() == Exposure::Automatic {
-                // One exposure for all frames, or their brightness would change from each to the
-                // next.
-                let exposed = self.arguments.exposure().of(&rendered.film.image(), &arguments.output);
-                exposure = Some(exposed.stops);
-                if let Some(automatic) = exposed.automatic.filter(|_| !quiet) {
-                    eprint(&format!("{automatic}, for all frames: of frame {frame}"));
-                }
+            if frame == 0 && exposure::is_automatic(&arguments) {
+                exposure = Some(self.exposure_of(&rendered));
             }
             arguments.exposure = exposure;
             // The line below is shorter than the summary of an image.
@@ -167,7 +161,7 @@ impl Job<'_> {
                 ));
             }
             if let Some(ended) = self.watch.stop_reason().filter(|_| frame + 1 < frames.end) {
-                return Ok(self.stopped(frames, frame + 1, ended));
+                return Ok(self.stopped(frames, frame + 1, exposure, ended));
             }
         }
         if self.arguments.log.verbose {
@@ -177,16 +171,19 @@ impl Job<'_> {
         Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
     }
 
-    /// Says which frames are complete, and returns the exit code of a render that ended before
-    /// frame `next`.
-    fn stopped(&self, frames: &Range<u32>, next: u32, ended: StopReason) -> ExitCode {
+    /// Says which frames are complete, and how to continue with the same exposure, if it is known.
+    /// Returns the exit code of a render that ended before frame `next`.
+    fn stopped(&self, frames: &Range<u32>, next: u32, exposure: Option<f32>, ended: StopReason) -> ExitCode {
         let complete = match next - frames.start {
             0 => "no frame is complete".to_owned(),
             1 => format!("frame {} is complete", frames.start),
             _ => format!("frames {} to {} are complete", frames.start, next - 1),
         };
+        // Without it frame 0 is rendered again.
+        let exposure = exposure.filter(|_| self.arguments.exposure.is_none());
+        let exposure = exposure.map_or_else(String::new, |stops| format!(" --exposure {stops}"));
         eprint(&format!(
-            "ended before frame {next} was finished: {complete}; continue with --frames {next}..{}",
+            "ended before frame {next} was finished: {complete}; continue with --frames {next}..{}{exposure}",
             frames.end
         ));
         ended.exit_code()

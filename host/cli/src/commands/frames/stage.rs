@@ -1,9 +1,10 @@
 //! A scene that moves, on a device.
 
-use super::super::{Loaded, Session, eprint, open};
+use super::super::{Loaded, Session, eprint, fit_to_cpu, open};
 use crate::cli::{CheckpointArgs, JobArgs};
 use std::collections::HashSet;
 use std::time::Instant;
+use trisect::device::Choice;
 use trisect::error::MotionError;
 use trisect::output::Outputs;
 use trisect::render::{PreparedScene, SceneTree};
@@ -20,6 +21,8 @@ pub struct Stage {
     pub trees: (u32, u32),
     animated: AnimatedScene,
     job: JobArgs,
+    /// True with `--fallback`.
+    falls_back: bool,
     outputs: Outputs,
     /// BVH at the current time.
     tree: Option<SceneTree>,
@@ -56,8 +59,8 @@ impl Stage {
         });
         let session = Session::or_on_cpu(opened, &loaded, &job, keep)?;
         let tree = Some(prepared.into_tree());
-        let scene = loaded.scene;
-        Ok(Self { session, scene, trees: (0, 1), animated, job, outputs, tree, time, said })
+        let (scene, falls_back) = (loaded.scene, keep.fallback.is_some());
+        Ok(Self { session, scene, trees: (0, 1), animated, job, falls_back, outputs, tree, time, said })
     }
 
     /// Brings the scene to the first moment of an image, and prints the warnings that are new.
@@ -97,7 +100,18 @@ impl Stage {
             None => PreparedScene::new(&scene, quality)?,
         };
         *(if prepared.is_refitted() { &mut self.trees.0 } else { &mut self.trees.1 }) += 1;
-        self.session.renderer.set_scene(&mut prepared)?;
+        let Session { renderer, settings, fell_back, .. } = &mut self.session;
+        // The fallback is the CPU, which another CPU backend cannot replace.
+        let mut may_fall_back = self.falls_back && !*fell_back && renderer.device().info().backend != "cpu";
+        renderer.set_scene_with_fallback(&mut prepared, &mut |error| {
+            if !std::mem::take(&mut may_fall_back) {
+                return None;
+            }
+            *fell_back = true;
+            eprint(&format!("warning: {error}\n  the CPU continues (--fallback)"));
+            fit_to_cpu(settings);
+            Some(open(Choice::Cpu, None, self.job.threads).map(|selection| selection.device))
+        })?;
         self.tree = Some(prepared.into_tree());
         (self.scene, self.time) = (scene, time);
         Ok(())

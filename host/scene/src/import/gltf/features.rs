@@ -7,10 +7,11 @@ use super::json::Root;
 use crate::error::SceneError;
 
 /// Supported extensions.
-const SUPPORTED: [&str; 24] = [
+const SUPPORTED: [&str; 25] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
+    "KHR_animation_pointer",
     "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_anisotropy",

@@ -46,7 +46,8 @@ use std::borrow::Cow;
 ///   (KHR_mesh_quantization)
 /// * nodes, in the default scene, or from all roots if the file names no scene; their instances
 ///   (EXT_mesh_gpu_instancing) and visibility (KHR_node_visibility)
-/// * skins, morph targets and animations, at a time
+/// * skins, morph targets and animations, at a time, also of materials, lights and cameras
+///   (KHR_animation_pointer)
 /// * perspective cameras and KHR_lights_punctual
 /// * the metallic-roughness material with KHR_materials_anisotropy, clearcoat,
 ///   diffuse_transmission, dispersion, emissive_strength, ior, iridescence, sheen, specular,
@@ -146,7 +147,21 @@ impl<'a> Gltf<'a> {
             (std::mem::take(&mut self.images), self.warnings.clone(), self.budget.clone());
         let (description, notes) = (Description::default(), Vec::new());
         let mut output = Output { description, images, warnings, notes, budget, files };
-        scene::read(&self.document, &mut output, options)?;
+        let chosen = motion::choose(&self.document, &mut output, options)?;
+        let mut records = match chosen {
+            Some(chosen) => motion::Records::of(&self.document, &mut output, chosen)?,
+            None => None,
+        };
+        // The document has the animated records while it is read.
+        let mut exchange = |document: &mut Document| {
+            if let Some(records) = &mut records {
+                records.exchange(&mut document.root);
+            }
+        };
+        exchange(&mut self.document);
+        let read = scene::read(&self.document, &mut output, chosen, options);
+        exchange(&mut self.document);
+        read?;
         let Output { mut description, images, warnings, notes, budget, .. } = output;
         description.images.clone_from(&images.all);
         (description.notes, description.warnings) = (notes, warnings.finish());
@@ -184,6 +199,8 @@ struct Output<'a> {
 mod container_tests;
 #[cfg(test)]
 mod motion_tests;
+#[cfg(test)]
+mod pointer_tests;
 #[cfg(test)]
 mod scene_tests;
 #[cfg(test)]

@@ -6,7 +6,7 @@ use super::super::warnings::Warnings;
 use super::buffers::get;
 use super::material::Materials;
 use super::motion::skin::{self, Skin};
-use super::motion::{self, Deformation, Pose};
+use super::motion::{self, Chosen, Deformation, Pose};
 use super::transform::Forest;
 use super::{Document, Output};
 use super::{camera, instancing, light, primitive, transform};
@@ -16,10 +16,15 @@ use crate::import::ModelOptions;
 use glam::DAffine3;
 use std::collections::HashMap;
 
-/// Reads everything in the scene, as `options` choose.
-pub fn read(document: &Document, output: &mut Output, options: &ModelOptions) -> Result<(), SceneError> {
+/// Reads everything in the scene, with its nodes as an animation moves them, as `options` choose.
+pub fn read(
+    document: &Document,
+    output: &mut Output,
+    chosen: Option<Chosen>,
+    options: &ModelOptions,
+) -> Result<(), SceneError> {
     let Document { root, .. } = document;
-    let pose = motion::choose(document, output, options)?;
+    let pose = motion::pose(document, output, chosen)?;
     let forest = transform::forest(&pose)?;
     let starts = match root.scene {
         None => forest.roots.iter().map(|&root| (root, DAffine3::IDENTITY)).collect(),
@@ -40,7 +45,7 @@ pub fn read(document: &Document, output: &mut Output, options: &ModelOptions) ->
         let Some(node) = root.nodes.get(index as usize) else { return Ok(true) };
         let site = document.site(format!("nodes[{index}]"));
         let extensions = node.extensions.as_deref();
-        if extensions.and_then(|of| of.visibility.as_ref()).is_some_and(|of| !of.visible) {
+        if !pose.is_visible(index) {
             return Ok(false);
         }
         if let Some(camera) = node.camera {

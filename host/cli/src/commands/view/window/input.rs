@@ -10,8 +10,8 @@ const TURN: f64 = std::f64::consts::PI;
 /// relative to a distance for the other movements.
 const SPEED: f64 = 0.8;
 
-/// Points of the wheel that divide the distance by e; in fly mode, that move by the distance at the
-/// start.
+/// Points of the wheel that divide the distance by e, or the height of a parallel view; in fly
+/// mode, that move by the distance at the start.
 const WHEEL: f64 = 400.0;
 
 /// Keys pressed since the last frame.
@@ -35,11 +35,15 @@ pub fn mouse(response: &Response, scroll: f32, shift: bool, navigator: &mut Navi
         drag_camera(navigator, (right, down), pans);
     }
     if response.hovered() && scroll != 0.0 {
-        let scroll = f64::from(scroll);
-        match navigator.mode {
-            NavigationMode::Orbit => navigator.dolly(scroll / WHEEL),
-            NavigationMode::Fly => navigator.fly(scroll / WHEEL, 0.0, 0.0),
-        }
+        turn_wheel(navigator, f64::from(scroll) / WHEEL);
+    }
+}
+
+/// Moves the camera forwards by the wheel, or zooms a parallel view, which a move would not change.
+fn turn_wheel(navigator: &mut Navigator, forwards: f64) {
+    match navigator.mode {
+        NavigationMode::Fly if !navigator.is_parallel() => navigator.fly(forwards, 0.0, 0.0),
+        _ => navigator.dolly(forwards),
     }
 }
 
@@ -118,6 +122,27 @@ mod tests {
         let right = towards.cross(pose.up).normalize();
         let seen = DVec3::new(0.0, 0.0, ahead) - pose.look_from;
         (seen.dot(right), seen.dot(right.cross(towards)))
+    }
+
+    #[test]
+    fn the_wheel_zooms_a_parallel_view() {
+        for mode in [NavigationMode::Orbit, NavigationMode::Fly] {
+            let parallel = CameraPose { parallel_height: 2.0, ..CameraPose::PINHOLE };
+            let mut navigator = Navigator::new(parallel);
+            navigator.mode = mode;
+            turn_wheel(&mut navigator, 2.0f64.ln());
+            assert!((navigator.pose().parallel_height - 1.0).abs() < 1e-12, "{mode:?}");
+            assert_eq!(navigator.pose().look_from, parallel.look_from);
+            // A drag across the window's height shifts the view by its height: the scene stays
+            // under the pointer.
+            drag_camera(&mut navigator, (1.0, 0.0), true);
+            assert!((navigator.pose().look_from - DVec3::new(-1.0, 0.0, 0.0)).length() < 1e-12);
+            // Negative control: a perspective comes closer.
+            let mut navigator = Navigator::new(CameraPose::PINHOLE);
+            navigator.mode = mode;
+            turn_wheel(&mut navigator, 2.0f64.ln());
+            assert!(navigator.pose().look_from.z < -0.4, "{mode:?}");
+        }
     }
 
     #[test]

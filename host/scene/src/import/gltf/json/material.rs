@@ -25,6 +25,7 @@ objects! {
         #[serde(default = "one")] roughness_factor: f64,
         metallic_roughness_texture: Option<Box<TextureInfo>>,
     }
+    #[derive(Default)]
     MaterialExtensions {
         #[serde(rename = "KHR_materials_emissive_strength")] emissive_strength: Option<EmissiveStrength>,
         #[serde(rename = "KHR_materials_ior")] ior: Option<Ior>,

@@ -79,7 +79,7 @@ fn at_most<'de, const MAX: usize, T: Deserialize<'de>, D: Deserializer<'de>>(
 macro_rules! objects {
     ($($(#[$struct_meta:meta])* $name:ident { $($(#[$meta:meta])* $field:ident: $type:ty,)* })*) => {$(
         $(#[$struct_meta])*
-        #[derive(Debug, Deserialize)]
+        #[derive(Clone, Debug, Deserialize)]
         #[serde(rename_all = "camelCase")]
         pub struct $name { $($(#[$meta])* pub $field: $type,)* }
     )*};
@@ -297,6 +297,13 @@ objects! {
     ChannelTarget {
         node: Option<u32>,
         path: Box<str>,
+        #[serde(default)] extensions: Option<Box<TargetExtensions>>,
+    }
+    TargetExtensions {
+        #[serde(rename = "KHR_animation_pointer")] pointer: Option<AnimationPointer>,
+    }
+    AnimationPointer {
+        pointer: Box<str>,
     }
     ChannelSampler {
         input: u32,
@@ -326,6 +333,13 @@ objects! {
     }
     TextureSource {
         source: Option<u32>,
+    }
+}
+
+impl ChannelTarget {
+    /// Returns the pointer of KHR_animation_pointer, if there is one.
+    pub fn pointer(&self) -> Option<&str> {
+        self.extensions.as_deref().and_then(|of| of.pointer.as_ref()).map(|of| &*of.pointer)
     }
 }
 

@@ -16,19 +16,26 @@ const VECTOR: Expected = Expected { kind: "VEC3", components: &[F32] };
 const ROTATION: Expected = Expected { kind: "VEC4", components: &[F32, I8, U8, I16, U16] };
 const WEIGHT: Expected = Expected { kind: "SCALAR", components: &[F32, I8, U8, I16, U16] };
 
-/// Returns the pose of the document's nodes that `options` ask for.
+/// Animation that was chosen, at a time.
+#[derive(Clone, Copy, Debug)]
+pub struct Chosen {
+    /// Index of the animation.
+    pub animation: usize,
+    /// Time in seconds.
+    pub time: f64,
+}
+
+/// Returns the animation that `options` ask for; `None` for the file's own pose.
 ///
 /// # Errors
 ///
-/// * [`SceneError::Malformed`] for an animation that does not exist, and for one that violates the
-///   specification
-pub fn choose<'a>(
-    document: &'a Document,
+/// * [`SceneError::Malformed`] for an animation that does not exist
+pub fn choose(
+    document: &Document,
     output: &mut Output,
     options: &ModelOptions,
-) -> Result<Pose<'a>, SceneError> {
+) -> Result<Option<Chosen>, SceneError> {
     let animations = &document.root.animations;
-    let mut pose = Pose::at_rest(&document.root, &document.name);
     let list = || {
         let names = animations.iter().take(8).map(|of| format!("\"{}\"", label(of)));
         let more = if animations.len() > 8 { ", …" } else { "" };
@@ -40,11 +47,11 @@ pub fn choose<'a>(
                 let note = "animated: drawn in the file's own pose, because no time or animation is chosen";
                 output.notes.push(format!("{note}; it has {}", list()));
             }
-            return Ok(pose);
+            return Ok(None);
         }
         (None, Some(_)) if animations.is_empty() => {
             output.warnings.once("there is no animation: a time has no effect");
-            return Ok(pose);
+            return Ok(None);
         }
         (None, Some(_)) => {
             if animations.len() > 1 {
@@ -61,9 +68,23 @@ pub fn choose<'a>(
             })?
         }
     };
+    Ok(Some(Chosen { animation: index, time: options.time.unwrap_or(0.0) }))
+}
+
+/// Returns the pose of the document's nodes in an animation.
+///
+/// # Errors
+///
+/// * [`SceneError::Malformed`] for an animation that violates the specification
+pub fn pose<'a>(
+    document: &'a Document,
+    output: &mut Output,
+    chosen: Option<Chosen>,
+) -> Result<Pose<'a>, SceneError> {
+    let mut pose = Pose::at_rest(&document.root, &document.name);
+    let Some(Chosen { animation: index, time }) = chosen else { return Ok(pose) };
     let site = document.site(format!("animations[{index}]"));
-    let time = options.time.unwrap_or(0.0);
-    if let Some(animation) = animations.get(index) {
+    if let Some(animation) = document.root.animations.get(index) {
         for (place, channel) in animation.channels.iter().enumerate() {
             let site = site.member(&format!("channels[{place}]"));
             move_node(document, output, animation, channel, time, &mut pose, &site)?;
@@ -87,11 +108,14 @@ fn move_node(
     site: &SourceLocation,
 ) -> Result<(), SceneError> {
     let path = &*channel.target.path;
-    let Some(node) = channel.target.node else {
-        if path == "pointer" {
-            output.warnings.once("animated properties (KHR_animation_pointer) are not supported and ignored");
-        }
-        return Ok(());
+    let parts: Vec<&str> = channel.target.pointer().unwrap_or_default().split('/').skip(1).collect();
+    let (node, path) = match channel.target.node {
+        Some(node) => (node, path),
+        None if path == "pointer" => match node_property(&parts) {
+            Some(named) => named,
+            None => return Ok(()),
+        },
+        None => return Ok(()),
     };
     get(&document.root.nodes, node, "nodes", site)?;
     let sampler = get(&animation.samplers, channel.sampler, "samplers", site)?;
@@ -116,6 +140,10 @@ fn move_node(
             let weights = (0..track.width).map(|target| track.weight(time, target));
             pose.of(node).weights = Some(weights.collect());
         }
+        VISIBLE => {
+            let [visible] = track(output, WEIGHT)?.held(time);
+            pose.of(node).visible = Some(visible != 0.0);
+        }
         other => {
             let text = format!("an animation moves \"{}\", which is not supported and ignored", shown(other));
             output.warnings.once(text);
@@ -124,8 +152,21 @@ fn move_node(
     Ok(())
 }
 
+/// Name of the property of KHR_node_visibility, among the paths of a channel.
+const VISIBLE: &str = "KHR_node_visibility/visible";
+
+/// Returns the node and the property that a pointer of these parts names; `None` for another one.
+pub fn node_property<'a>(parts: &[&'a str]) -> Option<(u32, &'a str)> {
+    let (node, path) = match parts {
+        ["nodes", node, path @ ("translation" | "rotation" | "scale" | "weights")] => (node, *path),
+        ["nodes", node, "extensions", "KHR_node_visibility", "visible"] => (node, VISIBLE),
+        _ => return None,
+    };
+    node.parse().ok().map(|node| (node, path))
+}
+
 /// Values of a channel by time.
-struct Track<'a> {
+pub struct Track<'a> {
     times: Elements<'a>,
     values: Elements<'a>,
     curve: Interpolation,
@@ -165,6 +206,34 @@ fn spherical(a: [f64; 4], b: [f64; 4], part: f64) -> [f64; 4] {
 }
 
 impl<'a> Track<'a> {
+    /// Returns the value at a time of a property of `count` numbers.
+    ///
+    /// # Errors
+    ///
+    /// * [`SceneError::Malformed`] for values of another type
+    pub fn numbers(
+        document: &'a Document,
+        output: &mut Output,
+        sampler: &ChannelSampler,
+        count: usize,
+        time: f64,
+        site: &SourceLocation,
+    ) -> Result<Vec<f64>, SceneError> {
+        let kind = match count {
+            1 => "SCALAR",
+            2 => "VEC2",
+            3 => "VEC3",
+            _ => "VEC4",
+        };
+        let track = Self::open(document, output, sampler, Expected { kind, ..WEIGHT }, site)?;
+        Ok(match count {
+            1 => track.interpolate::<1>(time, 0, linear).to_vec(),
+            2 => track.interpolate::<2>(time, 0, linear).to_vec(),
+            3 => track.interpolate::<3>(time, 0, linear).to_vec(),
+            _ => track.interpolate::<4>(time, 0, linear).to_vec(),
+        })
+    }
+
     fn open(
         document: &'a Document,
         output: &mut Output,
@@ -252,6 +321,12 @@ impl<'a> Track<'a> {
                 })
             }
         }
+    }
+
+    /// Returns the value of the last key that is not after a time, whatever the interpolation.
+    fn held<const N: usize>(&self, time: f64) -> [f64; N] {
+        let part = u32::from(self.curve == Interpolation::CubicSpline);
+        self.value(self.find(time).keys[0], part, 0)
     }
 
     fn weight(&self, time: f64, target: u32) -> f64 {

@@ -1,15 +1,20 @@
-//! Shapes and places at a time: animations move nodes ([`animation`], [`pose`]), morph targets and
-//! skins move the vertices of a mesh ([`morph`], [`skin`]).
+//! Shapes, places and looks at a time: animations move nodes ([`animation`], [`pose`]) and change
+//! materials, lights and cameras ([`records`], [`properties`]); morph targets and skins move the
+//! vertices of a mesh ([`morph`], [`skin`]).
 
 mod animation;
 pub mod morph;
 pub mod pose;
+mod properties;
+mod records;
 pub mod skin;
 
 use super::attributes::Attributes;
 
-pub use animation::choose;
+use animation::node_property;
+pub use animation::{Chosen, choose, pose};
 pub use pose::Pose;
+pub use records::Records;
 
 /// The vertices of a primitive that its mesh has.
 #[derive(Clone, Copy, Debug)]

@@ -21,6 +21,7 @@ pub struct Moved {
     pub rotation: Option<DQuat>,
     pub scale: Option<DVec3>,
     pub weights: Option<Vec<f64>>,
+    pub visible: Option<bool>,
 }
 
 impl<'a> Pose<'a> {
@@ -66,6 +67,13 @@ impl<'a> Pose<'a> {
         let mesh = of.and_then(|node| self.root.meshes.get(node.mesh? as usize));
         let moved = self.moved.get(&node).and_then(|moved| moved.weights.as_deref());
         moved.or(own).or(mesh.and_then(|mesh| mesh.weights.as_deref())).unwrap_or_default()
+    }
+
+    /// Returns whether a node, and what is below it, is drawn (KHR_node_visibility).
+    pub fn is_visible(&self, node: u32) -> bool {
+        let own = self.root.nodes.get(node as usize).and_then(|node| node.extensions.as_deref());
+        let own = own.and_then(|of| of.visibility.as_ref()).is_none_or(|of| of.visible);
+        self.moved.get(&node).and_then(|moved| moved.visible).unwrap_or(own)
     }
 
     /// Returns the document.
