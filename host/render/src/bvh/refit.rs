@@ -1,6 +1,6 @@
 //! Refitting: a BVH for a scene whose primitives moved keeps its nodes, with new boxes.
 
-use super::bounds::{Bounds, bounds};
+use super::bounds::primitive_bounds;
 use super::{Bvh, memory};
 use trisect_scene::{Scene, SceneError};
 use trisect_shared::bvh::{Child, Corners};
@@ -61,12 +61,10 @@ impl Bvh {
             return Ok(None);
         }
         memory::check(count, &scene.name, available)?;
-        let boxes = bounds(scene);
-        let (fixed, of_triangles) = boxes.split_at(first);
-        let ordered = self.order.iter().map(|&index| of_triangles[index as usize]);
-        let boxes: Vec<Bounds> = fixed.iter().copied().chain(ordered).collect();
-        self.refit(&boxes);
         let order = std::mem::take(&mut self.order);
+        let first = first as u32;
+        let number = |leaf: u32| leaf.checked_sub(first).map_or(leaf, |place| first + order[place as usize]);
+        self.refit(&|leaf| primitive_bounds(scene, number(leaf)));
         self.triangles.clear();
         self.triangles.extend(order.iter().map(|&index| scene.triangles[index as usize]));
         self.shading.clear();
@@ -79,6 +77,7 @@ impl Bvh {
 
 #[cfg(test)]
 mod tests {
+    use super::super::bounds::bounds;
     use super::*;
     use crate::bvh::Wide;
     use glam::Vec3;
