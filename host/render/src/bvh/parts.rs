@@ -1,4 +1,4 @@
-//! Construction of a large tree in parts, so that obvhs's arrays, of about 250 bytes for each
+//! Construction of a large tree in parts, so that obvhs's arrays, of about 220 bytes for each
 //! primitive, are those of a few parts and not of the scene.
 //!
 //! The primitives are divided into parts that are compact in space. obvhs builds the tree of each
@@ -32,7 +32,7 @@ pub(super) struct PartSizes {
 
 impl PartSizes {
     /// The sizes for scenes (docs/notebook/triangles-and-trees.md).
-    pub const DEFAULT: Self = Self { whole: 1 << 19, part: 1 << 16, subtrees: 128 };
+    pub const DEFAULT: Self = Self { whole: 1 << 19, part: 1 << 17, subtrees: 32 };
 }
 
 /// Parts that are built at once have at most this share of the primitives together, which bounds
