@@ -1,7 +1,7 @@
 //! BVH of bounded depth, for input from which PLOC makes a chain: many boxes at one place.
 
 use super::Bvh;
-use super::bounds::Bounds;
+use super::bounds::{Bounds, BoxOf};
 use glam::Vec3A;
 use std::ops::Range;
 use trisect_shared::bvh::{BvhNode, Child};
@@ -12,19 +12,19 @@ type Slot = Option<(usize, bool)>;
 
 /// Builds a BVH by splitting at the median along the axis of the widest spread of centres. It has
 /// ⌈log₂ n⌉ levels for any n ≥ 2 boxes.
-pub(super) fn build(bounds: &[Bounds]) -> Bvh {
-    let mut order: Vec<u32> = (0u32..).take(bounds.len()).collect();
-    let mut nodes: Vec<BvhNode> = Vec::with_capacity(bounds.len());
+pub(super) fn build(count: usize, boxes: BoxOf) -> Bvh {
+    let mut order: Vec<u32> = (0..count as u32).collect();
+    let mut nodes: Vec<BvhNode> = Vec::with_capacity(count - 1);
     let mut depth = 0;
-    let mut pending: Vec<(Range<usize>, Slot, usize)> = vec![(0..bounds.len(), None, 1)];
+    let mut pending: Vec<(Range<usize>, Slot, usize)> = vec![(0..count, None, 1)];
     while let Some((range, slot, level)) = pending.pop() {
         let part = &mut order[range.clone()];
-        let axis = widest_axis(part.iter().map(|&i| bounds[i as usize].center()));
+        let axis = widest_axis(part.iter().map(|&i| boxes(i).center()));
         let middle = part.len() / 2;
-        let key = |i: &u32| bounds[*i as usize].center()[axis];
+        let key = |i: &u32| boxes(*i).center()[axis];
         part.select_nth_unstable_by(middle, |a, b| key(a).total_cmp(&key(b)));
         let (first, second) = part.split_at(middle);
-        let (box_a, box_b) = (union(bounds, first), union(bounds, second));
+        let (box_a, box_b) = (union(boxes, first), union(boxes, second));
         let leaf = |part: &[u32]| if let [one] = part { Child::leaf(*one).0 } else { 0 };
         let me = nodes.len();
         let (box_a, box_b) = (box_a.corners(), box_b.corners());
@@ -44,8 +44,8 @@ pub(super) fn build(bounds: &[Bounds]) -> Bvh {
     Bvh { nodes: nodes.into(), depth, ..Bvh::leaf(Child::inner(0)) }
 }
 
-fn union(bounds: &[Bounds], part: &[u32]) -> Bounds {
-    Bounds::union(part.iter().map(|&i| bounds[i as usize]))
+fn union(boxes: BoxOf, part: &[u32]) -> Bounds {
+    Bounds::union(part.iter().map(|&i| boxes(i)))
 }
 
 fn widest_axis(centers: impl Iterator<Item = Vec3A>) -> usize {

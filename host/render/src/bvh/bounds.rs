@@ -20,7 +20,7 @@ pub(super) struct Bounds {
 
 impl Bounds {
     /// Box that contains nothing.
-    const EMPTY: Self = Self { min: Vec3A::INFINITY, max: Vec3A::NEG_INFINITY };
+    pub const EMPTY: Self = Self { min: Vec3A::INFINITY, max: Vec3A::NEG_INFINITY };
 
     /// Converts a box of the builder.
     pub fn of(aabb: &Aabb) -> Self {
@@ -36,11 +36,25 @@ impl Bounds {
         (self.max + self.min) * 0.5
     }
 
+    /// Returns the cube around the box, from its lower corner.
+    pub fn cube(self) -> Self {
+        let extent = (self.max - self.min).max_element();
+        Self { min: self.min, max: self.max.max(self.min + extent) }
+    }
+
+    pub fn half_area(&self) -> f32 {
+        let size = self.max - self.min;
+        size.x * size.y + size.y * size.z + size.z * size.x
+    }
+
     /// Returns the union of several boxes.
     pub fn union(all: impl Iterator<Item = Self>) -> Self {
         all.fold(Self::EMPTY, |a, b| Self { min: a.min.min(b.min), max: a.max.max(b.max) })
     }
 }
+
+/// Box of each primitive, by its number. An array of all would take 32 bytes for each.
+pub(super) type BoxOf<'a> = &'a (dyn Fn(u32) -> Bounds + Sync);
 
 impl Boundable for Bounds {
     fn aabb(&self) -> Aabb {
@@ -102,13 +116,28 @@ fn instance_bounds(scene: &Scene, instance: &SharedInstance) -> Bounds {
 /// to three coordinates.
 const INSTANCE_PADDING: f64 = 16.0;
 
-/// Returns one box for each primitive in the world, in primitive order, then for each instance.
+/// Returns the box of a primitive in the world, or of an instance, whose numbers follow.
+pub(super) fn primitive_bounds(scene: &Scene, index: u32) -> Bounds {
+    let index = index as usize;
+    let first_flat = scene.spheres.len();
+    let first_triangle = first_flat + scene.flats.len();
+    let first_instance = first_triangle + scene.triangles.len();
+    if index >= first_instance {
+        instance_bounds(scene, &scene.shared.instances[index - first_instance])
+    } else if index >= first_triangle {
+        triangle_bounds(&scene.triangles[index - first_triangle])
+    } else if index >= first_flat {
+        flat_bounds(&scene.flats[index - first_flat])
+    } else {
+        sphere_bounds(&scene.spheres[index])
+    }
+}
+
+/// Returns the boxes of all primitives in the world, then those of the instances.
+#[cfg(test)]
 pub(super) fn bounds(scene: &Scene) -> Vec<Bounds> {
-    let spheres = scene.spheres.iter().map(sphere_bounds);
-    let flats = scene.flats.iter().map(flat_bounds);
-    let triangles = scene.triangles.iter().map(triangle_bounds);
-    let instances = scene.shared.instances.iter().map(|instance| instance_bounds(scene, instance));
-    spheres.chain(flats).chain(triangles).chain(instances).collect()
+    let count = scene.world_primitives() + scene.shared.instances.len();
+    (0..count as u32).map(|index| primitive_bounds(scene, index)).collect()
 }
 
 #[cfg(test)]

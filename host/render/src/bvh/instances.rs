@@ -1,6 +1,6 @@
 //! Trees of shared meshes, and the records of their instances, behind the tree of the world.
 
-use super::bounds::{Bounds, triangle_bounds};
+use super::bounds::{BoxOf, triangle_bounds};
 use super::{Bvh, BvhQuality, balanced};
 use trisect_scene::{Scene, SharedInstance};
 use trisect_shared::bvh::{BvhNode, Child, STACK_SIZE};
@@ -16,13 +16,14 @@ impl Bvh {
         let starts = scene.shared.starts();
         let mut ranges = Vec::with_capacity(scene.shared.meshes.len());
         let mut depth = 0;
+        self.nodes.reserve_exact(scene.shared.triangles.len() + 2 * scene.shared.instances.len());
         for range in starts.windows(2).map(|ends| ends[0]..ends[1]) {
             let triangles = &scene.shared.triangles[range.clone()];
-            let boxes: Vec<Bounds> = triangles.iter().map(triangle_bounds).collect();
-            let mut tree = Self::over(&boxes, quality)?;
+            let boxes: BoxOf = &|index| triangle_bounds(&triangles[index as usize]);
+            let mut tree = Self::over(triangles.len(), boxes, quality)?;
             // The world's levels, the level of the instance, and the mesh's share a stack.
             if self.depth + 1 + tree.depth > STACK_SIZE {
-                tree = balanced::build(&boxes);
+                tree = balanced::build(triangles.len(), boxes);
             }
             depth = depth.max(tree.depth);
             let first = (world + range.start) as u32;

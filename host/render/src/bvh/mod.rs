@@ -6,9 +6,11 @@
 
 mod balanced;
 mod bounds;
+mod build;
 mod instances;
 mod memory;
 mod padding;
+mod parts;
 mod refit;
 mod tile_entries;
 mod wide;
@@ -17,10 +19,7 @@ pub use refit::MAX_REFITTED_COST;
 pub use tile_entries::build_tile_entries;
 pub use wide::Wide;
 
-use bounds::{Bounds, bounds, shifted};
-use obvhs::BvhBuildParams;
-use obvhs::bvh2::{Bvh2, reinsertion::ReinsertionOptimizer};
-use obvhs::ploc::PlocBuilder;
+use bounds::{BoxOf, primitive_bounds};
 use serde::Serialize;
 use trisect_scene::{Scene, SceneError, SharedVec};
 use trisect_shared::bvh::{BvhNode, Child, STACK_SIZE};
@@ -38,10 +37,6 @@ pub enum BvhQuality {
     /// Fastest to trace.
     High,
 }
-
-/// Maximum number of primitives for which the default is [`BvhQuality::High`]; larger scenes would
-/// take long to build with it.
-const MAX_HIGH_QUALITY_PRIMITIVES: usize = 100_000;
 
 /// BVH over the primitives of a scene.
 #[derive(Clone, Debug)]
@@ -62,31 +57,10 @@ pub struct Bvh {
     pub first_instance: usize,
 }
 
-/// Minimum number of primitives for which the builder gets shifted boxes (see [`shifted`]).
-const MIN_SHIFTED_PRIMITIVES: usize = 4096;
-
-/// Builds a tree as obvhs's `build_bvh2` does, with one primitive in a leaf, because testing a
-/// primitive costs about as much as testing its box. In debug builds, `build_bvh2` also checks that
-/// the stack of obvhs's own traversal suffices for a tree that reinsertion made deep. That
-/// traversal is not used here, and neither is the check.
-fn build_tree(boxes: &[Bounds], preset: &BvhBuildParams) -> Bvh2 {
-    let BvhBuildParams { ploc_search_distance, sort_precision, search_depth_threshold, .. } = *preset;
-    let indices = (0..boxes.len() as u32).collect();
-    let builder = &mut PlocBuilder::with_capacity(boxes.len());
-    let mut tree =
-        builder.build(ploc_search_distance, boxes, indices, sort_precision, search_depth_threshold);
-    let (first, then) =
-        (preset.reinsertion_batch_ratio, preset.post_collapse_reinsertion_batch_ratio_multiplier);
-    let mut optimizer = ReinsertionOptimizer::default();
-    optimizer.run(&mut tree, first, None);
-    optimizer.run(&mut tree, first * then, None);
-    tree
-}
-
 impl Bvh {
     /// Builds the BVH, with one primitive in a leaf. If `quality` is `None`, it follows from the
-    /// number of primitives. A tree that is too deep for
-    /// the traversal stack is replaced by a balanced one.
+    /// number of primitives. A tree that is too deep for the traversal stack is replaced by a
+    /// balanced one.
     ///
     /// # Errors
     ///
@@ -95,65 +69,18 @@ impl Bvh {
         let count = scene.primitives() + scene.shared.instances.len();
         memory::check(count, &scene.name, available)?;
         let broken = |message| SceneError::Inconsistent { file: scene.name.clone(), message };
-        let boxes = bounds(scene);
-        let mut bvh = Self::over(&boxes, quality).map_err(broken)?;
+        let boxes: BoxOf = &|index| primitive_bounds(scene, index);
+        let in_world = scene.world_primitives() + scene.shared.instances.len();
+        let mut bvh = Self::over(in_world, boxes, quality).map_err(broken)?;
         // The levels of the world, an instance and a mesh share a stack.
         let largest = scene.shared.meshes.iter().map(|mesh| mesh.triangles).max().unwrap_or(0);
         let levels = largest.checked_next_power_of_two().map_or(64, u64::trailing_zeros) as usize;
         if largest > 0 && bvh.depth + 1 + levels > STACK_SIZE {
-            bvh = balanced::build(&boxes);
-            bvh.validate(boxes.len()).map_err(broken)?;
+            bvh = balanced::build(in_world, boxes);
+            bvh.validate(in_world).map_err(broken)?;
         }
         bvh.append_meshes(scene, quality).map_err(broken)?;
         Ok(bvh)
-    }
-
-    /// Builds a tree over boxes, which stand for the primitives of the same numbers.
-    fn over(boxes: &[Bounds], quality: Option<BvhQuality>) -> Result<Self, String> {
-        let bvh = match boxes.len() {
-            0 => return Ok(Self::leaf(Child::EMPTY)),
-            1 => Self::leaf(Child::leaf(0)),
-            count => {
-                let default =
-                    if count <= MAX_HIGH_QUALITY_PRIMITIVES { BvhQuality::High } else { BvhQuality::Medium };
-                let preset = match quality.unwrap_or(default) {
-                    BvhQuality::Fast => BvhBuildParams::fast_build(),
-                    BvhQuality::Medium => BvhBuildParams::medium_build(),
-                    BvhQuality::High => BvhBuildParams::very_slow_build(),
-                };
-                if count < MIN_SHIFTED_PRIMITIVES {
-                    Self::flatten(&build_tree(boxes, &preset))
-                } else {
-                    let shifted: Vec<Bounds> =
-                        (0u32..).zip(boxes).map(|(i, bounds)| shifted(i, bounds)).collect();
-                    let mut bvh = Self::flatten(&build_tree(&shifted, &preset));
-                    bvh.refit(boxes);
-                    bvh
-                }
-            }
-        };
-        let bvh = if bvh.depth > STACK_SIZE { balanced::build(boxes) } else { bvh };
-        bvh.validate(boxes.len())?;
-        Ok(bvh)
-    }
-
-    /// Sets the boxes of all nodes to those of what is below them.
-    fn refit(&mut self, boxes: &[Bounds]) {
-        let of = |nodes: &[BvhNode], child: Child| {
-            let index = child.index() as usize;
-            if child.is_leaf() {
-                return boxes[index].corners();
-            }
-            let [(low, high), (low2, high2)] = nodes[index].boxes();
-            (low.min(low2), high.max(high2))
-        };
-        // Children come after their parents.
-        let nodes: &mut Vec<BvhNode> = &mut self.nodes;
-        for index in (0..nodes.len()).rev() {
-            let (first, second) = (Child(nodes[index].first), Child(nodes[index].second));
-            let (a, b) = (of(nodes, first), of(nodes, second));
-            nodes[index] = BvhNode::new(first, a, second, b);
-        }
     }
 
     fn leaf(root: Child) -> Self {
@@ -165,40 +92,6 @@ impl Bvh {
             first_instance_node: 0,
             first_instance: 0,
         }
-    }
-
-    /// Converts the builder's tree, depth-first, so that a subtree's nodes lie together.
-    fn flatten(tree: &Bvh2) -> Self {
-        let mut nodes = Vec::with_capacity(tree.nodes.len() / 2);
-        let mut depth = 0;
-        // A node of the tree, the slot in its parent that waits for its index, and its level.
-        let mut pending = vec![(0usize, None::<(usize, bool)>, 1usize)];
-        while let Some((index, slot, level)) = pending.pop() {
-            let first = tree.nodes[index].first_index as usize;
-            let (a, b) = (&tree.nodes[first], &tree.nodes[first + 1]);
-            let (box_a, box_b) = (a.aabb(), b.aabb());
-            let me = nodes.len();
-            let child = |node: &obvhs::bvh2::node::Bvh2Node| {
-                if node.is_leaf() {
-                    Child::leaf(tree.primitive_indices[node.first_index as usize]).0
-                } else {
-                    0 // filled in when the child is visited
-                }
-            };
-            let (box_a, box_b) = (Bounds::of(box_a).corners(), Bounds::of(box_b).corners());
-            nodes.push(BvhNode::new(Child(child(a)), box_a, Child(child(b)), box_b));
-            if let Some((parent, is_second)) = slot {
-                let parent: &mut BvhNode = &mut nodes[parent];
-                *(if is_second { &mut parent.second } else { &mut parent.first }) = Child::inner(me as u32).0;
-            }
-            depth = depth.max(level);
-            for (node, index, is_second) in [(b, first + 1, true), (a, first, false)] {
-                if !node.is_leaf() {
-                    pending.push((index, Some((me, is_second)), level + 1));
-                }
-            }
-        }
-        Self { nodes: nodes.into(), depth, ..Self::leaf(Child::inner(0)) }
     }
 
     /// Checks what [`trisect_shared::buffer`] requires: indices in range, each node and primitive
@@ -240,7 +133,7 @@ impl Bvh {
 
 #[cfg(test)]
 mod tests {
-    use super::bounds::sphere_bounds;
+    use super::bounds::{Bounds, bounds, sphere_bounds};
     use super::*;
     use glam::Vec3;
     use trisect_shared::sphere::Sphere;
@@ -303,7 +196,7 @@ mod tests {
                     sphere_bounds(&Sphere { center, ..scene.spheres[0] })
                 })
                 .collect();
-            assert_eq!(balanced::build(&boxes).validate(count), Ok(()));
+            assert_eq!(balanced::build(count, &|i| boxes[i as usize]).validate(count), Ok(()));
         }
     }
 

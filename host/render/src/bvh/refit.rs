@@ -1,6 +1,6 @@
 //! Refitting: a BVH for a scene whose primitives moved keeps its nodes, with new boxes.
 
-use super::bounds::bounds;
+use super::bounds::primitive_bounds;
 use super::{Bvh, memory};
 use trisect_scene::{Scene, SceneError};
 use trisect_shared::bvh::{Child, Corners};
@@ -60,13 +60,14 @@ impl Bvh {
             return Ok(None);
         }
         memory::check(count, &scene.name, available)?;
-        self.refit(&bounds(scene));
+        self.refit(&|leaf| primitive_bounds(scene, leaf));
         Ok(Some(self))
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::bounds::bounds;
     use super::*;
     use crate::bvh::Wide;
     use glam::Vec3;

@@ -1,31 +1,17 @@
 //! Wide BVH of the CPU: the binary one collapsed to eight children a node, with up to eight
 //! primitives of one kind in a leaf.
 
+mod plan;
 mod validate;
 
 use super::Bvh;
 use glam::Vec3;
+use plan::CollapsePlan;
 use trisect_scene::{Scene, SceneError, SharedVec};
 use trisect_shared::bvh::{Child, Corners};
 use trisect_shared::simd::{LANES, SimdRow};
 use trisect_shared::triangle::Triangle;
 use trisect_shared::wide::{LeafKind, SpherePacket, TrianglePacket, WideChild, WideNode, WideTree};
-
-/// Cheapest way to collapse a subtree, and its cost. Costs are expected visits: a node's area
-/// relative to the root's; a leaf costs as much as a node (docs/notebook/triangles-and-trees.md).
-#[derive(Clone, Copy)]
-struct CollapsePlan {
-    /// Cost as a forest of at most 1, 2, ..., 7 trees.
-    cost: [f32; LANES - 1],
-    /// Entry 0, for the subtree as one tree: how many of its node's eight children lie below the
-    /// first child, or 0 for a leaf. Entry k, for a forest of k + 1 trees: how many of them lie
-    /// below the first child, or 0 if k trees cost no more.
-    first: [u8; LANES - 1],
-    /// Number of primitives, at most one more than a leaf holds.
-    count: u8,
-    /// Kind of the primitives; `None` if they are of several kinds.
-    kind: Option<LeafKind>,
-}
 
 /// Wide BVH, which the CPU traces, over the primitives of a [`Bvh`], with that BVH's numbering.
 #[derive(Clone, Debug)]
@@ -76,7 +62,7 @@ struct Builder<'a> {
     first_flat: u32,
     first_triangle: u32,
     first_instance: u32,
-    plans: Vec<CollapsePlan>,
+    plan: CollapsePlan,
     wide: Wide,
 }
 
@@ -100,7 +86,7 @@ impl<'a> Builder<'a> {
             first_flat,
             first_triangle: first_flat + scene.flats.len() as u32,
             first_instance: bvh.first_instance as u32,
-            plans: Vec::new(),
+            plan: CollapsePlan::NONE,
             wide: Wide {
                 root: WideChild::EMPTY,
                 instance_roots: Vec::new(),
@@ -140,7 +126,8 @@ impl<'a> Builder<'a> {
         if bvh.root == Child::EMPTY {
             return Some(self.wide);
         }
-        self.plan();
+        self.plan = CollapsePlan::new(bvh.inner_nodes(), |primitive| self.kind(primitive));
+        self.reserve();
         self.wide.root = self.emit(bvh.root);
         let mesh_roots: Vec<u32> = bvh.mesh_roots.iter().map(|&root| self.emit(root).0).collect();
         let instances = &self.scene.shared.instances;
@@ -148,55 +135,30 @@ impl<'a> Builder<'a> {
         Some(self.wide)
     }
 
-    /// Returns the plan of a child whose box has this area, relative to the root's.
-    fn of(&self, child: Child, area: f32) -> CollapsePlan {
-        if child.is_leaf() {
-            let kind = Some(self.kind(child.index()));
-            CollapsePlan { cost: [area; LANES - 1], first: [0; LANES - 1], count: 1, kind }
-        } else {
-            self.plans[child.index() as usize]
-        }
-    }
-
-    /// Computes the plans from the leaves up: children come after their parents.
-    fn plan(&mut self) {
-        let nodes = self.bvh.inner_nodes();
-        let none = CollapsePlan { cost: [0.0; LANES - 1], first: [0; LANES - 1], count: 0, kind: None };
-        self.plans = vec![none; nodes.len()];
-        let root = nodes.first().map_or(1.0, |node| {
-            let [a, b] = node.boxes();
-            area(union(a, b))
-        });
-        for (index, node) in nodes.iter().enumerate().rev() {
-            let [a, b] = node.boxes();
-            let [area, area_a, area_b] = [union(a, b), a, b].map(|b| (area(b) / root) as f32);
-            let (a, b) = (self.of(Child(node.first), area_a), self.of(Child(node.second), area_b));
-            // The cheapest division of `trees` trees between both children; some division even if
-            // no cost is a number.
-            let share = |trees: usize| {
-                let cost = |first: usize| a.cost[first - 1] + b.cost[trees - first - 1];
-                let least = (trees + 1).saturating_sub(LANES).max(1);
-                (least..trees.min(LANES)).fold((cost(least), least as u8), |best, first| {
-                    let cost = cost(first);
-                    if cost < best.0 { (cost, first as u8) } else { best }
-                })
-            };
-            let kind = if a.kind == b.kind { a.kind } else { None };
-            let count = (a.count + b.count).min(LANES as u8 + 1);
-            let mut plan = CollapsePlan { count, kind, ..none };
-            let gathers = |kind| matches!(kind, LeafKind::Spheres | LeafKind::Triangles);
-            let fits = usize::from(count) <= LANES && kind.is_some_and(gathers);
-            let (below, first) = share(LANES);
-            let inner = area + below;
-            (plan.cost[0], plan.first[0]) = if fits && area <= inner { (area, 0) } else { (inner, first) };
-            for trees in 2..LANES {
-                let (cost, first) = share(trees);
-                let fewer = plan.cost[trees - 2];
-                (plan.cost[trees - 1], plan.first[trees - 1]) =
-                    if cost < fewer { (cost, first) } else { (fewer, 0) };
+    /// Reserves the memory of all nodes and packets: growing arrays would take twice as much.
+    fn reserve(&mut self) {
+        let (mut nodes, mut spheres, mut triangles) = (0, 0, 0);
+        let mut pending: Vec<Child> = self.bvh.mesh_roots.iter().copied().chain([self.bvh.root]).collect();
+        let mut list = Vec::with_capacity(LANES);
+        while let Some(mut child) = pending.pop() {
+            if self.plan.is_node(child) {
+                nodes += 1;
+                self.forest(child, self.plan.first(child, 1), LANES, &mut list);
+                pending.extend(list.drain(..).map(|(child, _)| child));
+                continue;
             }
-            self.plans[index] = plan;
+            while !child.is_leaf() {
+                child = Child(self.bvh.nodes[child.index() as usize].first);
+            }
+            match self.kind(child.index()) {
+                LeafKind::Spheres => spheres += 1,
+                LeafKind::Triangles => triangles += 1,
+                LeafKind::Planar | LeafKind::Instance => {}
+            }
         }
+        self.wide.nodes.reserve_exact(nodes);
+        self.wide.spheres.reserve_exact(spheres);
+        self.wide.triangles.reserve_exact(triangles);
     }
 
     /// Makes the nodes and leaves, from `root` down. Returns what becomes of it.
@@ -207,7 +169,7 @@ impl<'a> Builder<'a> {
         let mut emitted = WideChild::EMPTY;
         let mut list = Vec::with_capacity(LANES);
         while let Some((child, slot)) = pending.pop() {
-            let is_node = !child.is_leaf() && self.plans[child.index() as usize].first[0] != 0;
+            let is_node = self.plan.is_node(child);
             let word =
                 if is_node { WideChild::inner(self.wide.nodes.len() as u32) } else { self.leaf(child) };
             match slot {
@@ -216,12 +178,7 @@ impl<'a> Builder<'a> {
             }
             if is_node {
                 list.clear();
-                self.forest(
-                    child,
-                    usize::from(self.plans[child.index() as usize].first[0]),
-                    LANES,
-                    &mut list,
-                );
+                self.forest(child, self.plan.first(child, 1), LANES, &mut list);
                 let me = self.wide.nodes.len();
                 self.wide.nodes.push(node(&list));
                 pending.extend(
@@ -242,11 +199,10 @@ impl<'a> Builder<'a> {
         {
             let mut share = 0;
             if !child.is_leaf() {
-                let plan = &self.plans[child.index() as usize];
-                while trees > 1 && plan.first[trees - 1] == 0 {
+                while trees > 1 && self.plan.first(child, trees) == 0 {
                     trees -= 1;
                 }
-                share = usize::from(plan.first[trees - 1]);
+                share = self.plan.first(child, trees);
             }
             if child.is_leaf() || trees == 1 {
                 list.push((child, corners));

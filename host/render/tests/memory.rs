@@ -1,0 +1,108 @@
+//! Memory of the construction of both BVHs, in bytes for each triangle of a mesh. A counting
+//! allocator measures it: the counts do not depend on the machine, but for how many threads build.
+#![allow(clippy::unwrap_used, reason = "a test")]
+
+use glam::Vec3;
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+use trisect::bvh::{Bvh, Wide};
+use trisect::scene::Scene;
+use trisect_shared::triangle::Triangle;
+
+/// Global allocator that counts the allocated bytes.
+struct Counted;
+
+static NOW: AtomicUsize = AtomicUsize::new(0);
+static PEAK: AtomicUsize = AtomicUsize::new(0);
+
+impl Counted {
+    fn more(bytes: usize) {
+        let now = NOW.fetch_add(bytes, Relaxed) + bytes;
+        PEAK.fetch_max(now, Relaxed);
+    }
+}
+
+// SAFETY: each call is passed to the system's allocator unchanged.
+#[allow(unsafe_code, reason = "counts what is allocated")]
+unsafe impl GlobalAlloc for Counted {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        Self::more(layout.size());
+        // SAFETY: the caller's promise.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        Self::more(layout.size());
+        // SAFETY: the caller's promise.
+        unsafe { System.alloc_zeroed(layout) }
+    }
+
+    unsafe fn realloc(&self, memory: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        Self::more(size);
+        NOW.fetch_sub(layout.size(), Relaxed);
+        // SAFETY: the caller's promise.
+        unsafe { System.realloc(memory, layout, size) }
+    }
+
+    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
+        NOW.fetch_sub(layout.size(), Relaxed);
+        // SAFETY: the caller's promise.
+        unsafe { System.dealloc(memory, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counted = Counted;
+
+/// Squares along a side of the mesh, each of two triangles: enough for several parts at once.
+const SIDE: u32 = 768;
+
+/// Bytes of a node of the binary BVH, of which there is one for each triangle.
+const NODE: f64 = 64.0;
+
+/// Returns a mesh of hills.
+fn hills() -> Scene {
+    let at = |x: u32, z: u32| {
+        let (x, z) = (x as f32, z as f32);
+        Vec3::new(x, 20.0 * (0.05 * x).sin() * (0.03 * z).cos() + (0.9 * x).sin() * (1.1 * z).sin(), z)
+    };
+    let mut scene = Scene::hello_world().unwrap();
+    scene.triangles.reserve_exact((2 * SIDE * SIDE) as usize);
+    for (x, z) in (0..SIDE).flat_map(|z| (0..SIDE).map(move |x| (x, z))) {
+        let [a, b, c, d] = [at(x, z), at(x + 1, z), at(x, z + 1), at(x + 1, z + 1)];
+        scene.triangles.extend([[a, c, b], [b, c, d]].map(Triangle::of));
+    }
+    scene.vertices.push(bytemuck::Zeroable::zeroed());
+    scene
+}
+
+/// Runs `what`. Returns what it made, and how many bytes it held at the peak.
+fn peak<T>(what: impl FnOnce() -> T) -> (T, f64) {
+    let before = NOW.load(Relaxed);
+    PEAK.store(before, Relaxed);
+    let made = what();
+    (made, (PEAK.load(Relaxed) - before) as f64)
+}
+
+/// One test, because tests run side by side and the counts are of the process.
+#[test]
+fn bytes_for_each_triangle() {
+    let scene = hills();
+    let triangles = scene.triangles.len() as f64;
+    let (bvh, built) = peak(|| Bvh::build(&scene, None).unwrap());
+    let (wide, collapsed) = peak(|| Wide::new(&scene, &bvh).unwrap().unwrap());
+    let [built, collapsed] = [built, collapsed].map(|bytes| bytes / triangles);
+    // The nodes, and the parts that are built at once.
+    assert!(built < NODE + 120.0, "{built}");
+    // The packets and nodes of the wide BVH, and 4 bytes for the plan of each binary node.
+    assert!(collapsed < 90.0, "{collapsed}");
+    // What is kept takes no more than its length.
+    let kept = size_of_val(wide.nodes.as_slice()) + size_of_val(wide.triangles.as_slice());
+    assert!(collapsed < kept as f64 / triangles + 8.0, "{collapsed}");
+    assert_eq!((wide.nodes.capacity(), wide.triangles.capacity()), (wide.nodes.len(), wide.triangles.len()));
+    assert_eq!(bvh.nodes.capacity(), bvh.nodes.len());
+
+    // Negative control: an array of all boxes is noticed.
+    let (_, more) = peak(|| (Wide::new(&scene, &bvh).unwrap(), vec![0u8; 32 * scene.triangles.len()]));
+    assert!(more / triangles > 90.0, "{more}");
+}
