@@ -163,9 +163,9 @@ pub unsafe fn closest_hit<const POSSIBLE: Features, L: Simd>(
             // SAFETY: the caller's promise for each child's index.
             let (mut hits, t, primitives) = unsafe {
                 if features.has(TRIANGLES) && child.holds(LeafKind::Triangles) {
-                    let packet = borrow(tree.triangles, child.index());
-                    let (hits, t) =
-                        intersect_triangles(l, packet, count, &prepared, origin_primitive.primitive(), best);
+                    let packet = borrow(tree.triangles, child.packet());
+                    let (lanes, departure) = (child.lanes(), origin_primitive.primitive());
+                    let (hits, t) = intersect_triangles(l, packet, lanes, &prepared, departure, best);
                     (hits, t, &packet.primitives)
                 } else {
                     let packet = borrow(tree.spheres, child.index());

@@ -1,7 +1,8 @@
 //! Measures the construction of both BVHs of a scene: bytes, seconds, cost, and visits of rays.
 //!
 //! ```text
-//! cargo run --release -p trisect --example trees -- FILE|bumpy|soup|huge [COUNT] [fast|medium|high]
+//! cargo run --release -p trisect --example trees -- \
+//!     FILE|bumpy|soup|huge [COUNT] [fast|medium|high]
 //! ```
 //!
 //! `bumpy` is a mesh of COUNT triangles on a grid of hills, `soup` has long thin triangles that

@@ -25,6 +25,18 @@ pub fn available() -> u64 {
     System::new_with_specifics(RefreshKind::nothing().with_memory(memory)).available_memory()
 }
 
+/// Returns freed memory to the system, where the allocator keeps it for later requests.
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+#[allow(unsafe_code, reason = "the C library has no safe call")]
+pub fn release() {
+    // SAFETY: any thread may call it at any time.
+    unsafe { libc::malloc_trim(0) };
+}
+
+/// Returns freed memory to the system, where the allocator keeps it for later requests.
+#[cfg(not(all(target_os = "linux", target_env = "gnu")))]
+pub fn release() {}
+
 /// Returns the bytes that the system has for a new process; without `/proc`, the free memory,
 /// excluding cached files.
 #[cfg(target_os = "linux")]

@@ -18,7 +18,7 @@ pub enum LeafKind {
 
 /// Reference to a child of a wide node: the index of a node, or, with the top bit set, a leaf. A
 /// leaf has two bits of [`LeafKind`], three bits for its number of primitives minus one, and 26
-/// bits of index.
+/// bits of index. The index of a leaf of triangles counts lanes: leaves share packets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WideChild(pub u32);
 
@@ -28,7 +28,7 @@ impl WideChild {
     /// Entry of a traversal's stack: the ray has left its instance.
     pub const LEAVE: Self = Self::leaf(LeafKind::Instance, 2, 0);
     const LEAF: u32 = 0x8000_0000;
-    /// Largest index of a packet, primitive or instance.
+    /// Largest index of a packet of spheres, a lane of triangles, a primitive or an instance.
     pub const MAX_INDEX: u32 = 0x03ff_ffff;
 
     /// Creates a reference to an inner node.
@@ -59,7 +59,20 @@ impl WideChild {
         (self.0 >> 26 & 7) + 1
     }
 
-    /// Returns the index of the packet or, in a planar leaf, of the primitive. Only for leaves.
+    /// Returns the packet of a leaf of triangles.
+    #[inline(always)]
+    pub const fn packet(self) -> u32 {
+        self.index() / 8
+    }
+
+    /// Returns the lanes of the packet that are those of a leaf of triangles, a bit for each.
+    #[inline(always)]
+    pub const fn lanes(self) -> u32 {
+        ((2 << (self.count() - 1)) - 1) << (self.0 % 8)
+    }
+
+    /// Returns the index of the packet of spheres, of the first lane of triangles or, in a planar
+    /// leaf, of the primitive. Only for leaves.
     #[inline(always)]
     pub const fn index(self) -> u32 {
         self.0 & Self::MAX_INDEX
@@ -82,13 +95,13 @@ pub struct WideNode {
 
 const _: () = assert!(size_of::<WideNode>() == 256 && align_of::<WideNode>() == 64);
 
-/// Up to eight triangles; the first ones count. 320 bytes, 10 rows of 32.
+/// Up to eight triangles, those of one leaf or of several. 320 bytes, 10 rows of 32.
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct TrianglePacket {
     /// Vertex `a` along x, y and z, then `b`, then `c`.
     pub vertices: [SimdRow<f32>; 9],
-    /// Primitive numbers, ascending.
+    /// Primitive numbers, ascending in each leaf; `u32::MAX` in lanes that no leaf has.
     pub primitives: SimdRow<u32>,
 }
 

@@ -40,7 +40,8 @@ impl PreparedRay {
     }
 }
 
-/// Returns a bit for each lane whose triangle is hit at most at `t_max`, and the distances.
+/// Returns a bit for each of these lanes whose triangle is hit at most at `t_max`, and the
+/// distances.
 ///
 /// It is [`Triangle::hit`](crate::triangle::Triangle::hit), lane by lane.
 #[inline(always)]
@@ -48,7 +49,7 @@ impl PreparedRay {
 pub(super) fn intersect_triangles<L: Simd>(
     l: L,
     packet: &TrianglePacket,
-    count: u32,
+    lanes: u32,
     ray: &PreparedRay,
     origin_primitive: u32,
     t_max: f32,
@@ -60,7 +61,7 @@ pub(super) fn intersect_triangles<L: Simd>(
     let (w0, w1) = (l.mul(b[0], a[1]), l.mul(b[1], a[0]));
     let negative = l.or(l.or(l.lt(u0, u1), l.lt(v0, v1)), l.lt(w0, w1));
     let positive = l.or(l.or(l.lt(u1, u0), l.lt(v1, v0)), l.lt(w1, w0));
-    let within = !l.bits(l.and(negative, positive)) & ((2 << (count - 1)) - 1);
+    let within = !l.bits(l.and(negative, positive)) & lanes;
     if within == 0 {
         return (0, zero);
     }

@@ -11,6 +11,7 @@ mod instances;
 mod memory;
 mod padding;
 mod parts;
+mod piece;
 mod refit;
 mod tile_entries;
 mod wide;

@@ -3,15 +3,15 @@
 //!
 //! The primitives are divided into parts that are compact in space. obvhs builds the tree of each
 //! part, whose nodes are then written where they stay. The top levels of all parts' trees are
-//! opened, and obvhs builds a tree over the subtrees that remain: a large primitive, or what lies at
-//! the seam between two parts, is then placed as in a tree that is built in one piece.
+//! opened, and obvhs builds a tree over the subtrees that remain: a large primitive, or what lies
+//! at the seam between two parts, is then placed as in a tree that is built in one piece.
 //!
 //! The boxes of a part are sorted along a curve through a cube. A frame that is stretched to the
 //! part's box would take neighbours apart where the part is flat.
 
 use super::Bvh;
 use super::bounds::{Bounds, BoxOf, shifted};
-use super::build::{build_tree, refit, write_nodes};
+use super::piece::{build_tree, refit, write_nodes};
 use obvhs::BvhBuildParams;
 use obvhs::bvh2::Bvh2;
 use std::cmp::Reverse;
@@ -160,8 +160,8 @@ fn open(tree: &Bvh2, count: usize) -> Vec<u32> {
     leaves
 }
 
-/// Builds the tree above the subtrees: there are few, so all of them are candidates for reinsertion.
-/// Returns the number of levels of all.
+/// Builds the tree above the subtrees: there are few, so all of them are candidates for
+/// reinsertion. Returns the number of levels of all.
 fn join(nodes: &mut [BvhNode], subtrees: &[Subtree], preset: &BvhBuildParams) -> usize {
     let [_, _, ..] = subtrees else {
         return subtrees.iter().map(|subtree| subtree.depth).max().unwrap_or(0);

@@ -2,11 +2,13 @@
 //! primitives of one kind in a leaf.
 
 mod plan;
+mod sharing;
 mod validate;
 
 use super::Bvh;
 use glam::Vec3;
 use plan::CollapsePlan;
+use sharing::PacketPlaces;
 use trisect_scene::{Scene, SceneError, SharedVec};
 use trisect_shared::bvh::{Child, Corners};
 use trisect_shared::simd::{LANES, SimdRow};
@@ -32,8 +34,8 @@ impl Wide {
     /// Collapses the binary BVH so that the total area of nodes and leaves is smallest (Ylitie,
     /// Karras and Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs",
     /// HPG 2017, section 3.2, with leaves of up to eight). Returns `None` if `bvh` has 2²⁶ or more
-    /// inner nodes, triangles, or spheres, quads and discs together: a [`WideChild`] might not be
-    /// able to number them.
+    /// inner nodes, triangles, or spheres, quads and discs together, or needs 2²³ packets of
+    /// triangles: a [`WideChild`] might not be able to number them.
     ///
     /// # Errors
     ///
@@ -63,6 +65,7 @@ struct Builder<'a> {
     first_triangle: u32,
     first_instance: u32,
     plan: CollapsePlan,
+    places: PacketPlaces,
     wide: Wide,
 }
 
@@ -87,6 +90,7 @@ impl<'a> Builder<'a> {
             first_triangle: first_flat + scene.flats.len() as u32,
             first_instance: bvh.first_instance as u32,
             plan: CollapsePlan::NONE,
+            places: PacketPlaces::default(),
             wide: Wide {
                 root: WideChild::EMPTY,
                 instance_roots: Vec::new(),
@@ -127,7 +131,9 @@ impl<'a> Builder<'a> {
             return Some(self.wide);
         }
         self.plan = CollapsePlan::new(bvh.inner_nodes(), |primitive| self.kind(primitive));
-        self.reserve();
+        if !self.reserve() {
+            return None;
+        }
         self.wide.root = self.emit(bvh.root);
         let mesh_roots: Vec<u32> = bvh.mesh_roots.iter().map(|&root| self.emit(root).0).collect();
         let instances = &self.scene.shared.instances;
@@ -136,29 +142,31 @@ impl<'a> Builder<'a> {
     }
 
     /// Reserves the memory of all nodes and packets: growing arrays would take twice as much.
-    fn reserve(&mut self) {
-        let (mut nodes, mut spheres, mut triangles) = (0, 0, 0);
-        let mut pending: Vec<Child> = self.bvh.mesh_roots.iter().copied().chain([self.bvh.root]).collect();
-        let mut list = Vec::with_capacity(LANES);
-        while let Some(mut child) = pending.pop() {
+    /// Returns whether the packets of triangles can be numbered.
+    fn reserve(&mut self) -> bool {
+        let (mut nodes, mut spheres, mut triangles) = (0, 0, PacketPlaces::default());
+        // As `emit`: the places depend on the order.
+        let roots = [self.bvh.root].into_iter().chain(self.bvh.mesh_roots.iter().copied());
+        let mut pending: Vec<Child> = roots.rev().collect();
+        let (mut list, mut primitives) = (Vec::with_capacity(LANES), Vec::with_capacity(LANES));
+        while let Some(child) = pending.pop() {
             if self.plan.is_node(child) {
                 nodes += 1;
                 self.forest(child, self.plan.first(child, 1), LANES, &mut list);
-                pending.extend(list.drain(..).map(|(child, _)| child));
+                pending.extend(list.drain(..).rev().map(|(child, _)| child));
                 continue;
             }
-            while !child.is_leaf() {
-                child = Child(self.bvh.nodes[child.index() as usize].first);
-            }
-            match self.kind(child.index()) {
+            self.primitives_below(child, &mut primitives);
+            match self.kind(primitives[0]) {
                 LeafKind::Spheres => spheres += 1,
-                LeafKind::Triangles => triangles += 1,
+                LeafKind::Triangles => _ = triangles.place(primitives.len()),
                 LeafKind::Planar | LeafKind::Instance => {}
             }
         }
         self.wide.nodes.reserve_exact(nodes);
         self.wide.spheres.reserve_exact(spheres);
-        self.wide.triangles.reserve_exact(triangles);
+        self.wide.triangles.reserve_exact(triangles.packets);
+        triangles.packets * LANES <= WideChild::MAX_INDEX as usize + 1
     }
 
     /// Makes the nodes and leaves, from `root` down. Returns what becomes of it.
@@ -212,9 +220,9 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Makes a leaf of all primitives below a child, of which there are at most eight.
-    fn leaf(&mut self, child: Child) -> WideChild {
-        let mut primitives = Vec::with_capacity(LANES);
+    /// Lists all primitives below a child, of which there are at most eight, by their numbers.
+    fn primitives_below(&self, child: Child, primitives: &mut Vec<u32>) {
+        primitives.clear();
         let mut pending = vec![child];
         while let Some(child) = pending.pop() {
             if child.is_leaf() {
@@ -225,13 +233,19 @@ impl<'a> Builder<'a> {
             }
         }
         primitives.sort_unstable();
+    }
+
+    /// Makes a leaf of all primitives below a child.
+    fn leaf(&mut self, child: Child) -> WideChild {
+        let mut primitives = Vec::with_capacity(LANES);
+        self.primitives_below(child, &mut primitives);
         let kind = self.kind(primitives[0]);
-        let mut numbers = SimdRow([u32::MAX; LANES]);
-        numbers.0[..primitives.len()].copy_from_slice(&primitives);
         let index = match kind {
             LeafKind::Planar => primitives[0] as usize,
             LeafKind::Instance => (primitives[0] - self.first_instance) as usize,
             LeafKind::Spheres => {
+                let mut numbers = SimdRow([u32::MAX; LANES]);
+                numbers.0[..primitives.len()].copy_from_slice(&primitives);
                 let mut packet = SpherePacket { shape: [SimdRow([0.0; LANES]); 4], primitives: numbers };
                 for (lane, &primitive) in primitives.iter().enumerate() {
                     let sphere = &self.scene.spheres[primitive as usize];
@@ -243,15 +257,20 @@ impl<'a> Builder<'a> {
                 self.wide.spheres.len() - 1
             }
             LeafKind::Triangles => {
-                let mut packet = TrianglePacket { vertices: [SimdRow([0.0; LANES]); 9], primitives: numbers };
-                for (lane, &primitive) in primitives.iter().enumerate() {
-                    let t = self.triangle((primitive - self.first_triangle) as usize);
+                let (index, first) = self.places.place(primitives.len());
+                if index == self.wide.triangles.len() {
+                    let (vertices, primitives) = ([SimdRow([0.0; LANES]); 9], SimdRow([u32::MAX; LANES]));
+                    self.wide.triangles.push(TrianglePacket { vertices, primitives });
+                }
+                for (lane, &primitive) in (first..).zip(&primitives) {
+                    let t = *self.triangle((primitive - self.first_triangle) as usize);
+                    let packet = &mut self.wide.triangles[index];
+                    packet.primitives.0[lane] = primitive;
                     for (row, x) in [t.a, t.b, t.c].into_iter().flat_map(|v| v.to_array()).enumerate() {
                         packet.vertices[row].0[lane] = x;
                     }
                 }
-                self.wide.triangles.push(packet);
-                self.wide.triangles.len() - 1
+                index * LANES + first
             }
         };
         WideChild::leaf(kind, primitives.len() as u32, index as u32)

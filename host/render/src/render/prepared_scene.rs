@@ -14,6 +14,10 @@ use glam::Vec3;
 use std::time::Instant;
 use trisect_device::Device;
 use trisect_scene::Scene;
+use trisect_system::memory;
+
+/// Number of primitives beyond which the memory of one BVH is worth returning before the next.
+const LARGE: usize = 1 << 19;
 
 /// BVH of a scene at one time, from which that of another time is refitted.
 pub struct SceneTree {
@@ -123,6 +127,10 @@ impl<'a> PreparedScene<'a> {
         let start = Instant::now();
         let traversal = device.best_method(scene.features(), scene.primitives()).0;
         if traversal == Traversal::Wide && self.wide.is_none() {
+            if scene.primitives() > LARGE {
+                // What the construction of the binary BVH freed.
+                memory::release();
+            }
             self.wide = Wide::new(scene, &self.bvh)?;
         }
         let wide = self.wide.as_ref().filter(|_| traversal == Traversal::Wide);

@@ -7,8 +7,8 @@ use trisect_shared::simd::LANES;
 use trisect_shared::wide::{LeafKind, WideChild};
 
 impl Wide {
-    /// Checks what [`trisect_shared::buffer`] requires: indices in range; each node, packet and
-    /// primitive reached once; primitives of their leaf's kind; depth within the traversal stack.
+    /// Checks what [`trisect_shared::buffer`] requires: indices in range; each node, packet of
+    /// spheres and primitive reached once; primitives of their leaf's kind; depth within the traversal stack.
     /// `counts` has the numbers of spheres, of quads and discs, of triangles, and of instances. A
     /// shared mesh is reached from its first instance.
     pub(super) fn validate(&self, counts: [usize; 4]) -> Result<(), String> {
@@ -100,15 +100,20 @@ impl Wide {
         } else if child.holds(LeafKind::Instance) {
             return (child.count() == 1).then(|| mark(&mut seen.instances, index))?;
         } else if child.holds(LeafKind::Triangles) {
-            mark(&mut seen.triangles, index)?;
-            (first_triangle..first_triangle + counts[2], &self.triangles.get(index)?.primitives)
+            // Leaves share packets, and no triangle.
+            *seen.triangles.get_mut(child.packet() as usize)? = true;
+            (
+                first_triangle..first_triangle + counts[2],
+                &self.triangles.get(child.packet() as usize)?.primitives,
+            )
         } else if child.holds(LeafKind::Spheres) {
             mark(&mut seen.spheres, index)?;
             (0..first_flat, &self.spheres.get(index)?.primitives)
         } else {
             return None;
         };
-        for &primitive in &primitives.0[..child.count() as usize] {
+        let first = if child.holds(LeafKind::Triangles) { index % LANES } else { 0 };
+        for &primitive in primitives.0.get(first..first + child.count() as usize)? {
             if !range.contains(&(primitive as usize)) {
                 return None;
             }
