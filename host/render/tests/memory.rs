@@ -1,4 +1,4 @@
-//! Memory of the construction of both BVHs, in bytes for each triangle of a mesh. A counting
+//! Memory of a render on the CPU and of the construction of both BVHs, in bytes for each triangle. A counting
 //! allocator measures it: the counts do not depend on the machine, but for how many threads build.
 #![allow(clippy::unwrap_used, reason = "a test")]
 
@@ -6,6 +6,8 @@ use glam::Vec3;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use trisect::bvh::{Bvh, Wide};
+use trisect::device::cpu::Cpu;
+use trisect::render::{Renderer, Settings};
 use trisect::scene::Scene;
 use trisect_shared::triangle::Triangle;
 
@@ -69,10 +71,16 @@ fn hills() -> Scene {
     let mut scene = Scene::hello_world().unwrap();
     scene.triangles.reserve_exact((2 * SIDE * SIDE) as usize);
     for (x, z) in (0..SIDE).flat_map(|z| (0..SIDE).map(move |x| (x, z))) {
-        let [a, b, c, d] = [at(x, z), at(x + 1, z), at(x, z + 1), at(x + 1, z + 1)];
-        scene.triangles.extend([[a, c, b], [b, c, d]].map(Triangle::of));
+        let corners = [(x, z), (x + 1, z), (x, z + 1), (x + 1, z + 1)];
+        let triangle = |of: [usize; 3]| {
+            let [a, b, c] = of.map(|corner| at(corners[corner].0, corners[corner].1));
+            let [vertex_a, vertex_b, vertex_c] =
+                of.map(|corner| corners[corner].1 * (SIDE + 1) + corners[corner].0);
+            Triangle { a, vertex_a, b, vertex_b, c, vertex_c }
+        };
+        scene.triangles.extend([[0, 2, 1], [1, 2, 3]].map(triangle));
     }
-    scene.vertices.push(bytemuck::Zeroable::zeroed());
+    scene.vertices = vec![bytemuck::Zeroable::zeroed(); ((SIDE + 1) * (SIDE + 1)) as usize].into();
     scene
 }
 
@@ -95,14 +103,30 @@ fn bytes_for_each_triangle() {
     // The nodes, and the parts that are built at once.
     assert!(built < NODE + 120.0, "{built}");
     // The packets and nodes of the wide BVH, and 4 bytes for the plan of each binary node.
-    assert!(collapsed < 90.0, "{collapsed}");
+    assert!(collapsed < 64.0, "{collapsed}");
     // What is kept takes no more than its length.
     let kept = size_of_val(wide.nodes.as_slice()) + size_of_val(wide.triangles.as_slice());
     assert!(collapsed < kept as f64 / triangles + 8.0, "{collapsed}");
     assert_eq!((wide.nodes.capacity(), wide.triangles.capacity()), (wide.nodes.len(), wide.triangles.len()));
     assert_eq!(bvh.nodes.capacity(), bvh.nodes.len());
 
-    // Negative control: an array of all boxes is noticed.
+    // A render on the CPU, from the records of the scene to the film.
+    let settings = Settings { width: 16, height: 8, samples: 1, depth: 4, ..Settings::of(&scene) };
+    drop((bvh, wide, scene));
+    let render = || {
+        let scene = hills();
+        let mut renderer = Renderer::new(Cpu::open(Some(1)).unwrap(), &scene).unwrap();
+        renderer.render(&settings).unwrap()
+    };
+    let (_, whole) = peak(render);
+    assert!(whole / triangles < 200.0, "{}", whole / triangles);
+    println!("{built:.1} {collapsed:.1} {:.1} bytes a triangle", whole / triangles);
+
+    // Negative controls: an array of all boxes is noticed, and so is a copy of the triangles.
+    let scene = hills();
+    let bvh = Bvh::build(&scene, None).unwrap();
+    let (_, copied) = peak(|| (scene.triangles.to_vec(), render()));
+    assert!(copied / triangles > 200.0, "{}", copied / triangles);
     let (_, more) = peak(|| (Wide::new(&scene, &bvh).unwrap(), vec![0u8; 32 * scene.triangles.len()]));
-    assert!(more / triangles > 90.0, "{more}");
+    assert!(more / triangles > 64.0, "{more}");
 }
