@@ -78,8 +78,8 @@ pub fn mean_schlick(normal: Vec3, grazing: Vec3) -> Vec3 {
 /// that depends on the angle, less the same part of what is lost.
 ///
 /// g is a fit: 0.002 below to 0.006 above the integral for cosines of at least 0.1, to 0.03 above
-/// for cosines of at least 0.03, and to 0.13 above at grazing angles. It leans to the side above, so
-/// that hardly more than all light is reflected.
+/// for cosines of at least 0.03, and to 0.13 above at grazing angles. It leans to the side above,
+/// so that hardly more than all light is reflected.
 #[inline(always)]
 pub fn grazing_share(cos: f32, roughness: f32) -> f32 {
     grazing_share_of(cos, &GrazingTerms::of(roughness))

@@ -41,8 +41,8 @@ pub fn height(
     min(of_a * a + of_b * b + of_c * c, MAX_HEIGHT * edges)
 }
 
-/// Returns the height of the projection of a point, given from a vertex, to the tangent plane there,
-/// if the point is below it.
+/// Returns the height of the projection of a point, given from a vertex, to the tangent plane
+/// there, if the point is below it.
 #[inline(always)]
 fn rise(from_vertex: Vec3, normal: Vec3, facing: Vec3) -> f32 {
     let cos = normal.dot(facing);

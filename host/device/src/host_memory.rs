@@ -19,7 +19,7 @@ pub struct HostMemory {
     owner: Owner,
 }
 
-/// What keeps memory valid.
+/// Owner of memory, which keeps it valid.
 #[derive(Debug)]
 enum Owner {
     /// An allocation, which contains the bytes, and which this value frees.
@@ -53,8 +53,8 @@ impl LentRecords {
 
     /// Returns the bytes of the records.
     pub fn bytes(&self) -> &[u8] {
-        // SAFETY: the records have these bytes, any of which are valid, and no one can write to them
-        // while `owner` holds them.
+        // SAFETY: the records have these bytes, any of which are valid, and no one can write to
+        // them while `owner` holds them.
         unsafe { std::slice::from_raw_parts(self.first, self.bytes) }
     }
 }

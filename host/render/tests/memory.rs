@@ -1,5 +1,6 @@
-//! Memory of a render on the CPU and of the construction of both BVHs, in bytes for each triangle. A counting
-//! allocator measures it: the counts do not depend on the machine, but for how many threads build.
+//! Memory of a render on the CPU and of the construction of both BVHs, in bytes for each triangle.
+//! A counting allocator measures it: the counts do not depend on the machine, but for how many
+//! threads build.
 #![allow(clippy::unwrap_used, reason = "a test")]
 
 use glam::Vec3;

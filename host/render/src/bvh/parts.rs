@@ -37,7 +37,7 @@ impl PartSizes {
 
 /// Parts that are built at once have at most this share of the primitives together, which bounds
 /// the memory: the wide BVH needs more later.
-const MAX_SHARE: usize = 4;
+const MAX_SHARE: usize = 12;
 
 /// Maximum number of boxes of which a division is chosen.
 const SAMPLES: usize = 8192;

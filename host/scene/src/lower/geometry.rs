@@ -1,8 +1,8 @@
 //! Lowers shapes and meshes. An instance shares its mesh, or its triangles are baked into world
 //! space, as `sharing` decides.
 //!
-//! Baking takes 48 bytes and a BVH node of 64 bytes for each triangle of each instance, and 32 bytes
-//! for each vertex; traversal then needs no transforms.
+//! Baking takes 48 bytes and a BVH node of 64 bytes for each triangle of each instance, and 32
+//! bytes for each vertex; traversal then needs no transforms.
 
 use super::super::description::{Description, Instance, Mesh, Shape, ShapeKind};
 use super::super::limits::{MAX_VERTEX, is_in_reach};

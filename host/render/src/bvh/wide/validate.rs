@@ -8,9 +8,9 @@ use trisect_shared::wide::{LeafKind, WideChild};
 
 impl Wide {
     /// Checks what [`trisect_shared::buffer`] requires: indices in range; each node, packet of
-    /// spheres and primitive reached once; primitives of their leaf's kind; depth within the traversal stack.
-    /// `counts` has the numbers of spheres, of quads and discs, of triangles, and of instances. A
-    /// shared mesh is reached from its first instance.
+    /// spheres and primitive reached once; primitives of their leaf's kind; depth within the
+    /// traversal stack. `counts` has the numbers of spheres, of quads and discs, of triangles, and
+    /// of instances. A shared mesh is reached from its first instance.
     pub(super) fn validate(&self, counts: [usize; 4]) -> Result<(), String> {
         let mut seen = Visited {
             primitives: vec![false; counts[..3].iter().sum()],
