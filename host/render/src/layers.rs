@@ -115,7 +115,7 @@ pub fn write(
 ///
 /// # Errors
 ///
-/// Those of [`write`].
+/// Those of [`write()`].
 pub fn write_with_alpha(image: &Image, film: &Film, path: &Path) -> Result<(), ImageError> {
     let message = "the film lacks the counts of hits that alpha needs".to_owned();
     let alpha = film.alpha().filter(|alpha| alpha.len() == image.pixels.len());
