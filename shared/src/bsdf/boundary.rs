@@ -20,11 +20,14 @@ pub(super) struct Boundary {
     pub again: f32,
     /// Mean of the albedo over all directions, at most 0.99.
     pub mean: f32,
+    /// Part of the light that counts as reflected beyond the albedo.
+    margin: f32,
 }
 
 impl Boundary {
     /// Stands for no boundary.
-    pub const NONE: Self = Self { f0: 0.0, f90: 0.0, terms: GrazingTerms::NONE, again: 0.0, mean: 0.0 };
+    pub const NONE: Self =
+        Self { f0: 0.0, f90: 0.0, terms: GrazingTerms::NONE, again: 0.0, mean: 0.0, margin: 0.0 };
 
     /// Creates the boundary with these reflectances at normal and at grazing incidence, whose
     /// facets lose `mean_lost` of all light.
@@ -33,7 +36,13 @@ impl Boundary {
         let terms = GrazingTerms::of(roughness);
         let again = returned_share(mean_schlick(Vec3::splat(f0), Vec3::splat(f90)), mean_lost).x;
         let at_once = f0 * (1.0 - mean_lost) + (f90 - f0) * mean_grazing_share_of(&terms);
-        Self { f0, f90, terms, again, mean: min(at_once + mean_lost * again, 0.99) }
+        Self { f0, f90, terms, again, mean: min(at_once + mean_lost * again, 0.99), margin: 0.0 }
+    }
+
+    /// Returns the boundary with a margin of its albedo, for reflectances of another form.
+    #[inline(always)]
+    pub fn with_margin(self, margin: f32) -> Self {
+        Self { margin, ..self }
     }
 
     /// Returns the albedo from cosine `cos`, at most 1; `lost` is the share of light from there
@@ -41,7 +50,7 @@ impl Boundary {
     #[inline(always)]
     pub fn albedo_of(&self, cos: f32, lost: f32) -> f32 {
         let at_once = self.f0 * (1.0 - lost) + (self.f90 - self.f0) * grazing_share_of(cos, &self.terms);
-        min(at_once + lost * self.again, 1.0)
+        min(at_once + lost * self.again + self.margin, 1.0)
     }
 
     /// Returns the part of the light from cosine `cos` that enters, in the measure of

@@ -258,7 +258,8 @@ impl LayeredLobes {
         let sum = coat + facet + cosine + below;
         let chosen = if sum > 0.0 { 1.0 / sum } else { 0.0 };
         let (f0, f90) = specular_ends(bsdf);
-        let boundary = Boundary::new(greatest_f0(bsdf, f0), f90, m.roughness, mean);
+        let boundary = Boundary::new(greatest_f0(bsdf, f0), f90, m.roughness, mean)
+            .with_margin(if layers.film > 0.0 { FILM_MARGIN } else { 0.0 });
         let mut share = returned_share(mean_schlick(f0, Vec3::splat(f90)), mean) * (1.0 - m.metallic);
         if m.metallic > 0.0 {
             share += returned_share(mean_schlick(m.albedo, Vec3::ONE), mean) * m.metallic;
@@ -268,11 +269,7 @@ impl LayeredLobes {
             viewer_cos = max(o.dot(bsdf.local_mapped), 1e-6);
             lost_of_base = lost_share(viewer_cos, m.roughness);
         }
-        let mut entered = boundary.entered(viewer_cos, lost_of_base);
-        if layers.film > 0.0 {
-            entered = max(entered - FILM_MARGIN, 0.0);
-        }
-        entered *= FRAC_1_PI;
+        let entered = boundary.entered(viewer_cos, lost_of_base) * FRAC_1_PI;
         Self {
             coat: coat * chosen,
             facet: facet * chosen,
