@@ -1,10 +1,11 @@
 //! Support code of the fuzz targets: files in memory, a temporary folder, a limit on memory, and
 //! checks of what the readers return.
 
-use std::alloc::{GlobalAlloc, Layout, System};
+#[path = "../../host/render/tests/counted/mod.rs"]
+mod counted;
+
 use std::io::{ErrorKind, Result};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use trisect::bvh::{Bvh, BvhQuality, Wide};
 use trisect::glam::DVec3;
 use trisect::lights::Lights;
@@ -22,53 +23,10 @@ const TREE: usize = 2_000;
 /// Maximum number of texels of an image that is decoded.
 pub const TEXELS: u64 = 1 << 20;
 
-/// Global allocator that counts the allocated bytes.
-struct Counted;
-
-static NOW: AtomicUsize = AtomicUsize::new(0);
-static PEAK: AtomicUsize = AtomicUsize::new(0);
-
-impl Counted {
-    fn more(bytes: usize) {
-        let now = NOW.fetch_add(bytes, Relaxed) + bytes;
-        PEAK.fetch_max(now, Relaxed);
-    }
-}
-
-// SAFETY: each call is passed to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Counted {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        Self::more(layout.size());
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        Self::more(layout.size());
-        unsafe { System.alloc_zeroed(layout) }
-    }
-
-    unsafe fn realloc(&self, memory: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        Self::more(size);
-        NOW.fetch_sub(layout.size(), Relaxed);
-        unsafe { System.realloc(memory, layout, size) }
-    }
-
-    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
-        NOW.fetch_sub(layout.size(), Relaxed);
-        unsafe { System.dealloc(memory, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counted = Counted;
-
 /// Runs `read` on an input of `input` bytes, and checks that it never holds more than 64 MiB plus
 /// 20 bytes per byte of input. A reallocation counts twice, because it may copy.
 pub fn bounded(input: usize, read: impl FnOnce()) {
-    let before = NOW.load(Relaxed);
-    PEAK.store(before, Relaxed);
-    read();
-    let taken = PEAK.load(Relaxed).saturating_sub(before);
+    let taken = counted::held(read).1.peak;
     assert!(taken <= (64 << 20) + 20 * input, "{input} bytes took {taken} bytes of memory");
 }
 
@@ -168,9 +126,8 @@ pub fn scene(lowered: std::result::Result<Scene, SceneError>) {
         // The default quality takes most of the time of an input.
         let quality = if scene.primitives().is_multiple_of(16) { None } else { Some(BvhQuality::Fast) };
         let bvh = Bvh::build(&scene, quality).expect("every scene has a tree");
-        assert_eq!(bvh.triangles.len(), scene.triangles.len() + scene.shared.triangles.len());
         Wide::new(&scene, &bvh).expect("every tree can be made wide");
-        Lights::new(&scene, bvh.world_triangles());
+        Lights::new(&scene);
     }
 }
 
@@ -207,10 +164,10 @@ pub fn records(scene: &Scene) {
         let numbers = [layers.dispersion, layers.film_ior, layers.film_min, layers.film_thickness];
         assert!(numbers.iter().all(|x| sound(*x)), "{layers:?}");
     }
-    for of in &scene.attributes {
-        let uvs = [of.u_a, of.v_a, of.u_b, of.v_b, of.u_c, of.v_c];
-        assert!(uvs.iter().all(|x| sound(*x)), "{of:?}");
+    for vertex in &scene.vertices {
+        assert!((vertex.attributes as usize) < scene.vertices.len(), "{vertex:?}");
     }
+    assert!(scene.attributes().all(|of| sound(of.u) && sound(of.v)));
 }
 
 /// Checks what a reader guarantees.

@@ -1,5 +1,6 @@
 //! Edge of the light on coarse smooth meshes (torture test 47).
 
+use crate::construct::words;
 use crate::mesh::Mesh;
 use bytemuck::Zeroable;
 use glam::{EulerRot, Quat, Vec3};
@@ -7,7 +8,7 @@ use trisect::film::Film;
 use trisect::render::Settings;
 use trisect::scene::Scene;
 use trisect_shared::attributes::MeshVertex;
-use trisect_shared::math::normalize;
+use trisect_shared::math::{normalize, unit_sphere};
 use trisect_shared::triangle::Triangle;
 use trisect_tests::renders::{cpu, differing, film};
 use trisect_tests::report::{Outcome, report};
@@ -93,4 +94,56 @@ fn t47_terminators(subject: BackendUnderTest) {
     report(47, subject, Outcome::Passed, format!("{seen} of {all} pixels between the horizons are lit"));
 }
 
+/// Returns a closed room of 12 triangles in a white sky, with a camera inside. `normals` are those
+/// of its eight vertices.
+fn room(normals: impl Fn(usize, Vec3) -> Vec3) -> Scene {
+    let text = r#"Scene(version: 1, image: (width: 61, height: 43, samples: 32, depth: 20),
+        camera: (look_from: (0.6, -0.3, 0.5), look_at: (-1, 0.4, -1), vertical_fov: 90),
+        sky: Uniform(radiance: (1, 1, 1)), objects: [],
+        materials: { "white": Lambertian(albedo: (0.9, 0.9, 0.9)) })"#;
+    let mut scene = Scene::parse(text, "room").unwrap();
+    let corner = |i: usize| {
+        let side = |bit: usize| if i >> bit & 1 == 1 { 2.0 } else { -1.0 };
+        Vec3::new(side(0), side(1), side(2))
+    };
+    let vertex = |i| MeshVertex { normal: normals(i, corner(i)), ..MeshVertex::zeroed() };
+    scene.vertices = (0..8).map(vertex).collect();
+    for axis in 0..3 {
+        let (u, v) = (1 << (axis + 1) % 3, 1 << (axis + 2) % 3);
+        for side in [0, 1 << axis] {
+            for [a, b, c] in [[0, u, v], [u, u | v, v]].map(|of| of.map(|i: usize| i | side)) {
+                let (vertex_a, vertex_b, vertex_c) = (a as u32, b as u32, c as u32);
+                let triangle = Triangle::of([corner(a), corner(b), corner(c)]);
+                scene.triangles.push(Triangle { vertex_a, vertex_b, vertex_c, ..triangle });
+            }
+        }
+    }
+    scene
+}
+
+/// No light comes into a closed room of few triangles, whatever their normals: those of a ball,
+/// and random ones. As with flat walls, a vertex of a path within rounding of an edge may lie behind
+/// the other wall (torture test 46).
+fn t47_closed_rooms(subject: BackendUnderTest) {
+    let lit = |scene: &Scene| -> Option<usize> {
+        let film = film(&mut subject.renderer(scene)?, &Settings::of(scene));
+        Some(film.pixels.iter().filter(|pixel| pixel.mean()[0] > 0.0).count())
+    };
+    let random = |i: usize, _| {
+        let w = words(4700, i as u32);
+        unit_sphere(w.x, w.y)
+    };
+    for scene in [room(|_, corner| (corner - 0.5).normalize()), room(random)] {
+        let Some(lit) = lit(&scene) else { return };
+        assert!(lit <= 2, "{lit} pixels see the sky");
+    }
+    // Negative control: a triangle is missing.
+    let mut open = room(random);
+    open.triangles.remove(3);
+    let seen = lit(&open).expect("it opened before");
+    assert!(seen > 500, "negative control not detected: {seen}");
+    report(47, subject, Outcome::Passed, "closed rooms of few smooth triangles are dark");
+}
+
 for_each_backend!(t47_terminators);
+for_each_backend!(t47_closed_rooms);

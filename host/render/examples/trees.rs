@@ -15,11 +15,13 @@
 //! rays are 2^16 lines through the box of the triangles, and a diffuse ray from the hit of each.
 #![allow(clippy::unwrap_used, reason = "a tool for the terminal")]
 
+#[path = "../tests/counted/mod.rs"]
+mod counted;
+
+use counted::{Held, held};
 use glam::Vec3;
-use std::alloc::{GlobalAlloc, Layout, System};
 use std::error::Error;
 use std::path::Path;
-use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use std::time::Instant;
 use trisect::bvh::{Bvh, BvhQuality, Wide};
 use trisect::scene::Scene;
@@ -34,51 +36,6 @@ use trisect_shared::traversal::closest_hit_counted;
 use trisect_shared::triangle::Triangle;
 
 const RAYS: u32 = 1 << 16;
-
-/// Global allocator that counts the allocated bytes.
-struct Counted;
-
-static NOW: AtomicUsize = AtomicUsize::new(0);
-static PEAK: AtomicUsize = AtomicUsize::new(0);
-
-impl Counted {
-    fn more(bytes: usize) {
-        let now = NOW.fetch_add(bytes, Relaxed) + bytes;
-        PEAK.fetch_max(now, Relaxed);
-    }
-}
-
-// SAFETY: each call is passed to the system's allocator unchanged.
-#[allow(unsafe_code, reason = "counts what is allocated")]
-unsafe impl GlobalAlloc for Counted {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        Self::more(layout.size());
-        // SAFETY: the caller's promise.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        Self::more(layout.size());
-        // SAFETY: the caller's promise.
-        unsafe { System.alloc_zeroed(layout) }
-    }
-
-    unsafe fn realloc(&self, memory: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        Self::more(size);
-        NOW.fetch_sub(layout.size(), Relaxed);
-        // SAFETY: the caller's promise.
-        unsafe { System.realloc(memory, layout, size) }
-    }
-
-    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
-        NOW.fetch_sub(layout.size(), Relaxed);
-        // SAFETY: the caller's promise.
-        unsafe { System.dealloc(memory, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counted = Counted;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
@@ -102,12 +59,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (wide, collapse) = measured(|| Wide::new(&scene, bvh.as_ref().unwrap()));
     let (bvh, wide) = (bvh?, wide?.ok_or("more triangles than the wide BVH can index")?);
     println!("{what}: {triangles} triangles, {} levels", bvh.depth);
-    for (name, [seconds, peak, after]) in [("binary BVH", build), ("wide BVH", collapse)] {
-        let each = |bytes: f64| bytes / triangles as f64;
+    for (name, (seconds, Held { peak, kept })) in [("binary BVH", build), ("wide BVH", collapse)] {
+        let each = |bytes: usize| bytes as f64 / triangles as f64;
         println!(
             "{name:<10} {seconds:>7.2} s, peak {:>7.1} bytes a triangle, kept {:>6.1}",
             each(peak),
-            each(after)
+            each(kept)
         );
     }
     println!("cost {:.4}, as for refitting {:.4}", cost(&bvh), bvh.cost());
@@ -115,15 +72,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Runs `what`. Returns what it made, and the seconds, the bytes at the peak and those kept.
-fn measured<T>(what: impl FnOnce() -> T) -> (T, [f64; 3]) {
-    let before = NOW.load(Relaxed);
-    PEAK.store(before, Relaxed);
+/// Runs `what`. Returns what it made, the seconds that it took, and the bytes that it held.
+fn measured<T>(what: impl FnOnce() -> T) -> (T, (f64, Held)) {
     let start = Instant::now();
-    let made = what();
-    let seconds = start.elapsed().as_secs_f64();
-    let bytes = |of: &AtomicUsize| of.load(Relaxed).saturating_sub(before) as f64;
-    (made, [seconds, bytes(&PEAK), bytes(&NOW)])
+    let (made, bytes) = held(what);
+    (made, (start.elapsed().as_secs_f64(), bytes))
 }
 
 fn generated(triangles: Vec<Triangle>) -> Scene {

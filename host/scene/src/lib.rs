@@ -216,7 +216,7 @@ impl Scene {
     }
 
     /// Returns the further attributes of the vertices that have some.
-    fn attributes(&self) -> impl Iterator<Item = VertexAttributes> {
+    pub fn attributes(&self) -> impl Iterator<Item = VertexAttributes> {
         let mut rest = self.vertices.iter();
         std::iter::from_fn(move || {
             rest.by_ref().find(|vertex| vertex.attributes != 0)?;

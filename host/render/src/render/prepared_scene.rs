@@ -127,7 +127,7 @@ impl<'a> PreparedScene<'a> {
         let start = Instant::now();
         let traversal = device.best_method(scene.features(), scene.primitives()).0;
         if traversal == Traversal::Wide && self.wide.is_none() {
-            if scene.primitives() > LARGE {
+            if scene.primitives() > LARGE && !self.refitted {
                 // What the construction of the binary BVH freed.
                 memory::release();
             }
