@@ -109,7 +109,7 @@ fn room(normals: impl Fn(usize, Vec3) -> Vec3) -> Scene {
     let vertex = |i| MeshVertex { normal: normals(i, corner(i)), ..MeshVertex::zeroed() };
     scene.vertices = (0..8).map(vertex).collect();
     for axis in 0..3 {
-        let (u, v) = (1 << (axis + 1) % 3, 1 << (axis + 2) % 3);
+        let (u, v) = (1 << ((axis + 1) % 3), 1 << ((axis + 2) % 3));
         for side in [0, 1 << axis] {
             for [a, b, c] in [[0, u, v], [u, u | v, v]].map(|of| of.map(|i: usize| i | side)) {
                 let (vertex_a, vertex_b, vertex_c) = (a as u32, b as u32, c as u32);
