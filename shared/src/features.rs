@@ -59,11 +59,13 @@ pub const INTERLEAVED: Features = 1 << 31;
 /// Counting of the [`Visits`](crate::bvh::Visits) of a traversal. No render kernel has this.
 pub const COUNTED: Features = 1 << 18;
 /// Wide traversal by AVX2. The caller of a function with this feature promises that the CPU
-/// supports it.
-pub const AVX2: Features = 1 << 19;
-/// Wide traversal by AVX-512. The caller of a function with this feature promises that the CPU
-/// supports it. It has the bit of [`INTERLEAVED`], a schedule of GPUs, which have no [`WIDE`] tree.
+/// supports it. It has the bit of [`PERSISTENT`], a schedule of GPUs, which have no [`WIDE`] tree.
+pub const AVX2: Features = PERSISTENT;
+/// Wide traversal by AVX-512; as [`AVX2`], with the bit of [`INTERLEAVED`].
 pub const AVX512: Features = INTERLEAVED;
+
+/// Normals of mesh vertices.
+pub const SMOOTH: Features = 1 << 19;
 
 /// Instances of meshes: leaves of the BVH that are trees of their own.
 pub const INSTANCES: Features = 1 << 20;
@@ -101,6 +103,7 @@ pub const fn of_material(kind: u32) -> Features {
 /// All features that a scene or its settings can need.
 pub const NEEDS: Features = ROULETTE
     | SHAPES
+    | SMOOTH
     | INSTANCES
     | BOOK
     | MICROFACETS
@@ -139,7 +142,7 @@ pub const HEAVY: Features = PLANAR | TRIANGLES | EMITTERS | NEE | ENVIRONMENT | 
 
 /// Features with their names, as options and statistics have them; those of materials are in
 /// [`bsdf::NAMES`](crate::bsdf::NAMES).
-pub const NAMES: [(Features, &str); 22] = [
+pub const NAMES: [(Features, &str); 23] = [
     (SCHLICK, "schlick"),
     (SOBOL, "sobol"),
     (AOVS, "aovs"),
@@ -147,6 +150,7 @@ pub const NAMES: [(Features, &str); 22] = [
     (SPHERES, "spheres"),
     (PLANAR, "planar"),
     (TRIANGLES, "triangles"),
+    (SMOOTH, "smooth"),
     (INSTANCES, "instances"),
     (EMITTERS, "emitters"),
     (NEE, "nee"),

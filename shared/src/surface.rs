@@ -4,7 +4,7 @@
 use crate::attributes::{SurfaceAttributes, TriangleVertices};
 use crate::buffer::load;
 use crate::bvh::Hit;
-use crate::features::{ATTRIBUTES, FeatureSet, Features, NORMAL_MAPS, TEXTURES};
+use crate::features::{ATTRIBUTES, FeatureSet, Features, NORMAL_MAPS, SMOOTH, TEXTURES};
 use crate::instance::{self, InstanceEntry, linear, offset, transposed};
 use crate::math::{atan2_turns, min, normalize, sqrt};
 use crate::params::RenderParams;
@@ -30,7 +30,8 @@ pub struct Surface {
     /// number is enough to avoid hitting it again.
     pub error_bound: f32,
     /// Height, above a triangle on the viewer's side, of the [smooth
-    /// surface](crate::smooth_surface) that the triangle stands for; 0 for other primitives.
+    /// surface](crate::smooth_surface) that the triangle stands for; 0 for other primitives, and
+    /// unless the kernel has [`SMOOTH`].
     pub smooth_height: f32,
     /// Texture coordinate u; 0 unless the kernel has textures.
     pub u: f32,
@@ -168,10 +169,6 @@ unsafe fn triangle<const POSSIBLE: Features>(
     let (part_a, part_b, part_c) = (triangle.a * a, triangle.b * b, triangle.c * c);
     let size = part_a.abs() + part_b.abs() + part_c.abs();
     let normal = normalize(triangle.normal());
-    let mixed = vertices.normal(a, b, c);
-    let square = mixed.dot(mixed);
-    // Flat shading, or normals that cancel.
-    let smooth = if square > 1e-8 { mixed * (1.0 / sqrt(square)) } else { normal };
     let (mut u, mut v) = (0.0, 0.0);
     if features.has(TEXTURES) {
         (u, v) = vertices.uv(a, b, c);
@@ -183,10 +180,16 @@ unsafe fn triangle<const POSSIBLE: Features>(
     }
     let point = part_a + part_b + part_c;
     let error_bound = size.dot(normal.abs()) * ROUNDING;
-    let mut height = 0.0;
-    if square > 1e-8 {
-        let facing = if ray.direction.dot(normal) < 0.0 { normal } else { -normal };
-        height = smooth_surface::height(&triangle, &vertices, point, facing, (a, b, c));
+    let (mut interpolated_normal, mut smooth, mut height) = (normal, normal, 0.0);
+    if features.has(SMOOTH) {
+        let mixed = vertices.normal(a, b, c);
+        let square = mixed.dot(mixed);
+        // Otherwise the triangle is flat, or its normals cancel.
+        if square > 1e-8 {
+            (interpolated_normal, smooth) = (mixed, mixed * (1.0 / sqrt(square)));
+            let facing = if ray.direction.dot(normal) < 0.0 { normal } else { -normal };
+            height = smooth_surface::height(&triangle, &vertices, point, facing, (a, b, c));
+        }
     }
     let surface = Surface {
         point,
@@ -197,7 +200,7 @@ unsafe fn triangle<const POSSIBLE: Features>(
         smooth_height: if height > 8.0 * error_bound { height } else { 0.0 },
         u,
         v,
-        interpolated_normal: if square > 1e-8 { mixed } else { normal },
+        interpolated_normal,
         attributes,
         material: vertices.a.material,
     };

@@ -61,6 +61,7 @@ pub(crate) use space::triple;
 pub use surroundings::{EnvironmentSource, Sun, Surroundings};
 
 use description::Description;
+use glam::Vec3;
 use std::path::Path;
 use std::sync::Arc;
 use trisect_shared::attributes::{MeshVertex, VertexAttributes};
@@ -196,6 +197,7 @@ impl Scene {
         needs(features::SPHERES, !self.spheres.is_empty());
         needs(features::PLANAR, !self.flats.is_empty());
         needs(features::TRIANGLES, !self.triangles.is_empty() || !self.shared.instances.is_empty());
+        needs(features::SMOOTH, self.has_vertex_normals());
         needs(features::INSTANCES, !self.shared.instances.is_empty());
         needs(features::ENVIRONMENT, self.environment.is_some());
         needs(features::PUNCTUAL, !self.lights.is_empty());
@@ -213,6 +215,20 @@ impl Scene {
         let second_set = self.textures.iter().any(|texture| texture.flags & SECOND_SET != 0);
         needs(features::ATTRIBUTES, second_set || self.attributes().any(|of| of.color != Texel::WHITE));
         all
+    }
+
+    /// Returns whether a vertex of a mesh has a normal.
+    fn has_vertex_normals(&self) -> bool {
+        let mut rest = self.vertices.iter();
+        while let Some(vertex) = rest.next() {
+            if vertex.normal != Vec3::ZERO {
+                return true;
+            }
+            if vertex.attributes != 0 {
+                rest.next();
+            }
+        }
+        false
     }
 
     /// Returns the further attributes of the vertices that have some.

@@ -2,7 +2,7 @@
 
 use crate::bsdf::{BsdfNormals, LAMBERTIAN, Slots, TexturePoint, TexturedMaterial, load_material, opacity};
 use crate::bvh::Hit;
-use crate::features::{FeatureSet, Features, NORMAL_MAPS, PLANAR, TRIANGLES};
+use crate::features::{FeatureSet, Features, NORMAL_MAPS, PLANAR, SMOOTH, TRIANGLES};
 use crate::layers::MaterialLayers;
 use crate::material::Material;
 use crate::params::RenderParams;
@@ -98,7 +98,7 @@ impl Vertex {
         let mut origin_primitive = OriginPrimitive::new(self.hit.primitive, inside);
         let mut height = error_bound;
         // Light that is reflected, near the horizon of a triangle that stands for a smooth surface.
-        if features.has(TRIANGLES) && smooth_height > 0.0 && inside != self.is_front() {
+        if features.has(SMOOTH) && smooth_height > 0.0 && inside != self.is_front() {
             let cos = direction.dot(if inside { -normal } else { normal });
             height += lift(smooth_height, cos);
             // Below the horizon the ray may meet its own triangle, from above.
