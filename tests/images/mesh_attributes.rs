@@ -296,6 +296,26 @@ fn sampling_agrees_with_light(subject: BackendUnderTest) {
     assert!((brighter / without - 1.0).abs() > 0.012, "{brighter} and {without}");
 }
 
+/// A kernel reads normals of vertices if a vertex has one, also behind others with attributes of
+/// their own; flat meshes do not pay for them.
+#[test]
+fn only_smooth_meshes_need_the_feature() {
+    let white = || Lambertian::rgb(1.0, 1.0, 1.0).into();
+    let needs = |mesh| {
+        sunlit(white(), mesh, DAffine3::IDENTITY, Vec::new()).features() & trisect_shared::features::SMOOTH
+    };
+    let flat = Mesh { normals: Vec::new(), ..square() };
+    let colored = Mesh { colors: vec![[0.5; 4]; 4], ..flat.clone() };
+    for (mesh, expected) in [(square(), true), (flat, false), (colored.clone(), false)] {
+        assert_eq!(needs(mesh) != 0, expected);
+    }
+    let mut scene = sunlit(white(), colored, DAffine3::IDENTITY, Vec::new());
+    let last = scene.vertices.len() - 2;
+    assert_ne!(scene.vertices[last].attributes, 0);
+    scene.vertices[last].normal = glam::Vec3::Z;
+    assert_ne!(scene.features() & trisect_shared::features::SMOOTH, 0);
+}
+
 for_each_backend!(
     sampling_agrees_with_light,
     a_map_of_one_direction_tilts_the_surface,
