@@ -246,7 +246,9 @@ mod spirv {
         film_ior: f(r.f.w),
         film_min: f(r.g.x),
         film_thickness: f(r.g.y),
-        pad: [0; 6]
+        pad: [0; 2],
+        coat_normal: xyz(r.h),
+        padding: 0
     });
     record!(LayerTextures, Rows8, |r| LayerTextures {
         coat: r.a.x,
@@ -260,7 +262,8 @@ mod spirv {
         film_thickness: r.c.x,
         diffuse_transmission: r.c.y,
         diffuse_transmission_color: r.c.z,
-        pad: [0; 21]
+        coat_normal: r.c.w,
+        pad: [0; 20]
     });
     record!(Light, Rows4, |r| Light {
         kind: r.a.x,

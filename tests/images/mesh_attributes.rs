@@ -21,18 +21,18 @@ const TILT: DVec3 = DVec3::new(0.48, 0.36, 0.8);
 /// Direction towards the sun.
 const SUN: DVec3 = DVec3::new(2.0 / 3.0, -1.0 / 3.0, 2.0 / 3.0);
 
-fn image(texels: Vec<[f32; 4]>) -> TextureImage {
+pub(super) fn image(texels: Vec<[f32; 4]>) -> TextureImage {
     let width = texels.len() as u32;
     TextureImage { name: "test".to_owned(), width, height: 1, texels: Texels::Float(texels) }
 }
 
-fn texture(image: usize, second_uvs: bool) -> TextureUse {
+pub(super) fn texture(image: usize, second_uvs: bool) -> TextureUse {
     let (wrap, filter) = ([Wrap::Clamp; 2], Filter::Nearest);
     TextureUse { image, wrap, filter, transform: DAffine2::IDENTITY, second_uvs }
 }
 
 /// Returns a square in front of the camera, whose texture coordinates are as upright as it is.
-fn square() -> Mesh {
+pub(super) fn square() -> Mesh {
     Mesh {
         positions: vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]],
         normals: vec![[0.0, 0.0, 1.0]; 4],
@@ -42,7 +42,12 @@ fn square() -> Mesh {
     }
 }
 
-fn sunlit(material: Material, mesh: Mesh, transform: DAffine3, images: Vec<TextureImage>) -> Scene {
+pub(super) fn sunlit(
+    material: Material,
+    mesh: Mesh,
+    transform: DAffine3,
+    images: Vec<TextureImage>,
+) -> Scene {
     let camera = CameraPose {
         look_from: DVec3::new(0.0, 0.0, 10.0),
         look_at: DVec3::ZERO,
@@ -63,7 +68,7 @@ fn sunlit(material: Material, mesh: Mesh, transform: DAffine3, images: Vec<Textu
     Scene::from_model(model, "test").unwrap()
 }
 
-fn settings(scene: &Scene) -> Settings {
+pub(super) fn settings(scene: &Scene) -> Settings {
     Settings { width: 8, height: 8, samples: 2, depth: 2, ..Settings::of(scene) }
 }
 
@@ -189,6 +194,16 @@ fn vertices_fade(subject: BackendUnderTest) {
 
 /// Returns a ball under a sky of radiance 1 with all attributes, and a map of steep bumps.
 fn ball(metallic: f64, roughness: f64) -> Scene {
+    ball_of(|[bumps, colors]| {
+        let surface = MetallicRoughness { base_color: DVec3::ONE, metallic, roughness, ..Default::default() };
+        let surface = MetallicRoughness { texture: Some(colors), ..surface };
+        Material { normal_texture: Some(bumps), ..Material::from(surface) }
+    })
+}
+
+/// Returns a ball under a sky of radiance 1 with all attributes, of a material that may have a map
+/// of steep bumps, and colours by the second set of coordinates.
+pub(super) fn ball_of(material: impl FnOnce([TextureUse; 2]) -> Material) -> Scene {
     let (columns, rows) = (24u32, 12u32);
     let mut mesh = Mesh { ..Mesh::default() };
     for row in 0..=rows {
@@ -221,10 +236,8 @@ fn ball(metallic: f64, roughness: f64) -> Scene {
         height: 16,
         texels: Texels::Float((0..256).map(bump).collect()),
     };
-    let surface = MetallicRoughness { base_color: DVec3::ONE, metallic, roughness, ..Default::default() };
-    let surface = MetallicRoughness { texture: Some(texture(1, true)), ..surface };
-    let normal_texture = Some(TextureUse { filter: Filter::Linear, ..texture(0, false) });
-    let material = Material { normal_texture, ..Material::from(surface) };
+    let linear = TextureUse { filter: Filter::Linear, ..texture(0, false) };
+    let material = material([linear, texture(1, true)]);
     let images = vec![bumps, image(vec![[1.0; 4], [1.0, 0.75, 1.0, 1.0]])];
     let mut scene = sunlit(material, mesh, DAffine3::from_rotation_x(0.4), images);
     scene.lights.clear();
@@ -234,7 +247,7 @@ fn ball(metallic: f64, roughness: f64) -> Scene {
     scene
 }
 
-fn is_exact(subject: BackendUnderTest) -> bool {
+pub(super) fn is_exact(subject: BackendUnderTest) -> bool {
     matches!(subject, BackendUnderTest::Cpu | BackendUnderTest::Cuda)
 }
 

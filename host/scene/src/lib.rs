@@ -210,6 +210,8 @@ impl Scene {
         }
         let of_layers = |(_, textures): &(MaterialLayers, LayerTextures)| textures.all();
         needs(features::TEXTURES, self.layers.iter().flat_map(of_layers).any(|of| of != NO_TEXTURE));
+        let has_coat_map = self.layers.iter().any(|(_, textures)| textures.coat_normal != NO_TEXTURE);
+        needs(features::NORMAL_MAPS, has_coat_map && has_attributes);
         // Directions of facets need the tangents.
         needs(features::ATTRIBUTES, self.layers.iter().any(|(of, _)| of.anisotropy > 0.0) && has_attributes);
         let second_set = self.textures.iter().any(|texture| texture.flags & SECOND_SET != 0);

@@ -16,7 +16,8 @@ const F0: f32 = 0.04;
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Coat {
-    /// Unit normal in the shading frame: that of the surface without its normal map.
+    /// Unit normal in the shading frame: that of the coat's normal map, else that of the surface
+    /// without its own.
     normal: Vec3,
     strength: f32,
     alpha: f32,
@@ -36,7 +37,9 @@ impl Coat {
         if layers.coat > 0.0 {
             coat.strength = layers.coat;
             coat.alpha = max(roughness * roughness, MIN_ROUGH_ALPHA);
-            coat.normal = if bsdf.is_mapped { bsdf.local_smooth } else { Vec3::Z };
+            if layers.coat_normal != Vec3::ZERO {
+                coat.normal = bsdf.world_to_local(layers.coat_normal);
+            }
             let cos = min(max(bsdf.local_viewer.dot(coat.normal), 1e-6), 1.0);
             let boundary = Boundary::new(F0, 1.0, roughness, mean_lost_share(roughness));
             coat.from_viewer = coat.strength * boundary.albedo_of(cos, lost_share(cos, roughness));

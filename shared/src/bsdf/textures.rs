@@ -27,9 +27,9 @@ pub const NORMAL: Slots = 1 << 4;
 /// First slot of [`LayerTextures`], whose fields have one each.
 const LAYERS: Slots = 1 << 5;
 /// Last slot of [`LayerTextures`].
-const LAST_OF_LAYERS: Slots = 1 << 15;
+const LAST_OF_LAYERS: Slots = 1 << 16;
 /// All slots.
-pub const ALL: Slots = 0xffff;
+pub const ALL: Slots = 0x1_ffff;
 
 /// Point of a surface at which textures are read.
 #[derive(Clone, Copy)]
@@ -162,8 +162,10 @@ fn layer_texture(textures: &LayerTextures, slot: Slots) -> u32 {
         textures.film_thickness
     } else if slot == LAYERS << 9 {
         textures.diffuse_transmission
-    } else {
+    } else if slot == LAYERS << 10 {
         textures.diffuse_transmission_color
+    } else {
+        textures.coat_normal
     }
 }
 
@@ -202,8 +204,10 @@ fn read_layer(layers: &mut MaterialLayers, material: &mut Material, slot: Slots,
         layers.film_thickness = layers.film_min + (layers.film_thickness - layers.film_min) * c.y;
     } else if slot == LAYERS << 9 {
         layers.diffuse_transmission *= c.w;
-    } else {
+    } else if slot == LAYERS << 10 {
         layers.diffuse_transmission_color *= color;
+    } else {
+        layers.coat_normal *= color * 2.0 - Vec3::ONE;
     }
 }
 

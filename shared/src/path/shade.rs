@@ -227,14 +227,14 @@ impl Path {
         if is_layered(features, material.kind) && vertex.layers.dispersion > 0.0 {
             (material.ior, dispersed) = self.disperse(vertex);
         }
+        let mut layers = vertex.layers;
+        if is_layered(features, material.kind) {
+            let coat = if front { layers.coat_normal } else { -layers.coat_normal };
+            layers.coat_normal = normals.of_coat(features, coat, -vertex.ray.direction);
+        }
         let SurfaceAttributes { tangent, handedness, .. } = vertex.surface.attributes;
-        Bsdf::new(features, material, vertex.ray.direction, normals.of_bsdf, front).with_layers(
-            features,
-            vertex.layers,
-            tangent,
-            handedness,
-            dispersed,
-        )
+        Bsdf::new(features, material, vertex.ray.direction, normals.of_bsdf, front)
+            .with_layers(features, layers, tangent, handedness, dispersed)
     }
 
     /// Weakens the path by the absorption of the solid that its ray passed through for a distance

@@ -1,6 +1,8 @@
 //! Vertex of a path: the point of a surface that a ray hits, and how rays leave it.
 
-use crate::bsdf::{BsdfNormals, LAMBERTIAN, Slots, TexturePoint, TexturedMaterial, load_material, opacity};
+use crate::bsdf::{
+    BsdfNormals, LAMBERTIAN, Slots, TexturePoint, TexturedMaterial, is_layered, load_material, opacity,
+};
 use crate::bvh::Hit;
 use crate::features::{FeatureSet, Features, NORMAL_MAPS, PLANAR, SMOOTH, TRIANGLES};
 use crate::layers::MaterialLayers;
@@ -21,7 +23,7 @@ pub(super) struct Vertex {
     pub(super) hit: Hit,
     pub(super) surface: Surface,
     pub(super) material: Material,
-    /// Layers of a layered material.
+    /// Layers of a layered material; the coat's normal is on the side of the surface's.
     pub(super) layers: MaterialLayers,
     /// Unit normal on the side of the surface's normal, by the normal map if there is one.
     pub(super) mapped_normal: Vec3,
@@ -56,7 +58,13 @@ impl Vertex {
         if features.has(NORMAL_MAPS) && textured.material.normal_texture != NO_TEXTURE {
             (normal, is_mapped) = (mapped_normal(&surface, textured.normal), true);
         }
-        let TexturedMaterial { material, layers, .. } = textured;
+        let TexturedMaterial { material, mut layers, .. } = textured;
+        if features.has(NORMAL_MAPS)
+            && is_layered(features, material.kind)
+            && layers.coat_normal != Vec3::ZERO
+        {
+            layers.coat_normal = mapped_normal(&surface, layers.coat_normal);
+        }
         Self { ray, hit, surface, material, layers, mapped_normal: normal, is_mapped }
     }
 
@@ -147,4 +155,26 @@ pub(super) struct FacingNormals {
     /// True if the primitive has a shading normal of its own.
     pub(super) differ: bool,
     pub(super) of_bsdf: BsdfNormals,
+}
+
+impl FacingNormals {
+    /// Returns the unit normal of a coat whose normal map says `mapped`, on the viewer's side, or
+    /// zero for no map; zero stands for the shading normal. It is bent as shading normals are.
+    #[inline(always)]
+    pub(super) fn of_coat<const POSSIBLE: Features>(
+        &self,
+        features: FeatureSet<POSSIBLE>,
+        mapped: Vec3,
+        viewer: Vec3,
+    ) -> Vec3 {
+        let mut normal = Vec3::ZERO;
+        if features.has(NORMAL_MAPS) {
+            if mapped != Vec3::ZERO {
+                normal = bend_shading_normal(mapped, self.geometric, viewer);
+            } else if self.of_bsdf.is_mapped {
+                normal = bend_shading_normal(self.of_bsdf.smooth, self.geometric, viewer);
+            }
+        }
+        normal
+    }
 }

@@ -54,7 +54,12 @@ pub struct MaterialLayers {
     /// are read, the thickness.
     pub film_thickness: f32,
     /// Unused.
-    pub pad: [u32; 6],
+    pub pad: [u32; 2],
+    /// Factors of the coat's normal map, zero without one; once it is read, its normal in tangent
+    /// space, and the unit normal in the world once it is placed.
+    pub coat_normal: Vec3,
+    /// Unused.
+    pub padding: u32,
 }
 
 /// Textures of a [`MaterialLayers`], which they follow: indices, or [`NO_TEXTURE`]. 128 bytes.
@@ -83,8 +88,10 @@ pub struct LayerTextures {
     pub diffuse_transmission: u32,
     /// It multiplies the colour of light that passes diffusely.
     pub diffuse_transmission_color: u32,
+    /// Normal map of the coat.
+    pub coat_normal: u32,
     /// Unused.
-    pub pad: [u32; 21],
+    pub pad: [u32; 20],
 }
 
 const _: () = assert!(size_of::<MaterialLayers>() == 128 && size_of::<LayerTextures>() == 128);
@@ -110,7 +117,9 @@ impl MaterialLayers {
         film_ior: 1.3,
         film_min: 100.0,
         film_thickness: 400.0,
-        pad: [0; 6],
+        pad: [0; 2],
+        coat_normal: Vec3::ZERO,
+        padding: 0,
     };
 }
 
@@ -128,12 +137,13 @@ impl LayerTextures {
         film_thickness: NO_TEXTURE,
         diffuse_transmission: NO_TEXTURE,
         diffuse_transmission_color: NO_TEXTURE,
-        pad: [0; 21],
+        coat_normal: NO_TEXTURE,
+        pad: [0; 20],
     };
 
     /// Returns the indices of the textures, or [`NO_TEXTURE`]. (By destructuring, as
     /// [`Material::textures`](crate::material::Material::textures).)
-    pub const fn all(&self) -> [u32; 11] {
+    pub const fn all(&self) -> [u32; 12] {
         let Self {
             coat,
             coat_roughness,
@@ -146,6 +156,7 @@ impl LayerTextures {
             film_thickness,
             diffuse_transmission,
             diffuse_transmission_color,
+            coat_normal,
             pad: _,
         } = *self;
         [
@@ -160,6 +171,7 @@ impl LayerTextures {
             film_thickness,
             diffuse_transmission,
             diffuse_transmission_color,
+            coat_normal,
         ]
     }
 }

@@ -4,7 +4,7 @@
 //! Baking takes 48 bytes and a BVH node of 64 bytes for each triangle of each instance, and 32
 //! bytes for each vertex; traversal then needs no transforms.
 
-use super::super::description::{Description, Instance, Mesh, Shape, ShapeKind};
+use super::super::description::{Description, Instance, Material, Mesh, Shape, ShapeKind};
 use super::super::limits::{MAX_VERTEX, is_in_reach};
 use super::super::memory_budget::MemoryBudget;
 use super::super::shared_meshes::{SharedMeshes, Sharing};
@@ -37,7 +37,7 @@ pub(super) fn lower(description: &Description, sharing: Sharing) -> Result<Geome
     for shape in &description.shapes {
         geometry.shape(shape);
         let material = description.materials.get(shape.material);
-        unmapped.extend(material.filter(|m| m.normal_texture.is_some()).map(|m| &m.name));
+        unmapped.extend(material.filter(|m| m.normal_maps().next().is_some()).map(|m| &m.name));
     }
     let warning = |name: &String| {
         format!(
@@ -45,6 +45,14 @@ pub(super) fn lower(description: &Description, sharing: Sharing) -> Result<Geome
         )
     };
     geometry.warnings.extend(unmapped.into_iter().map(warning));
+    let differ =
+        |m: &&Material| m.normal_maps().any(|map| m.normal_maps().any(|of| of.second_uvs != map.second_uvs));
+    geometry.warnings.extend(description.materials.iter().filter(differ).map(|m| {
+        format!(
+            "material \"{}\": the normal map of its coat has the tangents of the surface's, whose set of texture coordinates is another",
+            m.name
+        )
+    }));
     check_memory(description, sharing)?;
     let mut tangents = HashMap::new();
     let mut shared = HashMap::new();
@@ -53,7 +61,7 @@ pub(super) fn lower(description: &Description, sharing: Sharing) -> Result<Geome
         let mesh = mesh(description, instance)?;
         let material = description.materials.get(mesh.material).filter(|material| material.needs_tangents());
         let tangents = material.map(|material| {
-            let second = material.normal_texture.as_ref().is_some_and(|map| map.second_uvs);
+            let second = material.normal_maps().next().is_some_and(|map| map.second_uvs);
             let uvs = if second { &mesh.second_uvs } else { &mesh.uvs };
             &*tangents.entry(instance.mesh).or_insert_with(|| tangents::tangents(mesh, uvs))
         });

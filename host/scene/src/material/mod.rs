@@ -8,6 +8,7 @@ use crate::ranges::{all, each};
 use crate::texture::TextureUse;
 use crate::values::{Radiance, Share, TextureNumber, numbers, some};
 use glam::DVec3;
+use layers::Layers;
 use serde::Deserialize;
 use surface::{Lambertian, MetallicRoughness, Surface, TextureRole};
 
@@ -116,11 +117,20 @@ impl<T> Material<T> {
 
     /// Returns whether the material needs the tangents of its mesh.
     pub fn needs_tangents(&self) -> bool {
-        let anisotropic = match &self.surface {
-            Surface::MetallicRoughness(MetallicRoughness { layers, .. }) => layers.needs_tangents(),
-            _ => false,
-        };
-        anisotropic || self.normal_texture.is_some()
+        self.layers().is_some_and(Layers::is_anisotropic) || self.normal_maps().next().is_some()
+    }
+
+    /// Returns the normal maps: that of the surface and that of its coat.
+    pub fn normal_maps(&self) -> impl Iterator<Item = &T> {
+        let coat = self.layers().and_then(|layers| layers.coat.as_ref());
+        self.normal_texture.iter().chain(coat.and_then(|coat| coat.normal_texture.as_ref()))
+    }
+
+    fn layers(&self) -> Option<&Layers<T>> {
+        match &self.surface {
+            Surface::MetallicRoughness(MetallicRoughness { layers, .. }) => Some(layers),
+            _ => None,
+        }
     }
 
     /// Returns the textures that the material reads, with their roles.

@@ -105,13 +105,14 @@ fn coat(
         extension.clearcoat_roughness_texture.as_deref(),
         "clearcoat.clearcoatRoughnessTexture",
     )?;
-    if extension.clearcoat_normal_texture.is_some() {
-        let what = "clearcoatNormalTexture is not supported: coats have the normal without a map";
-        output.warnings.once(what);
-    }
+    let (normal_texture, normal_scale) = slots.normal_map(
+        output,
+        extension.clearcoat_normal_texture.as_deref(),
+        "extensions.KHR_materials_clearcoat.clearcoatNormalTexture",
+    )?;
     let [strength, roughness] =
         shares(slots, output, [extension.clearcoat_factor, extension.clearcoat_roughness_factor]);
-    Ok(Some(layers::Coat { strength, roughness, texture, roughness_texture }))
+    Ok(Some(layers::Coat { strength, roughness, texture, roughness_texture, normal_texture, normal_scale }))
 }
 
 fn sheen(

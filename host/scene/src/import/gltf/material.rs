@@ -17,9 +17,6 @@ use std::collections::HashMap;
 /// Indices of refraction that are used as they are.
 const IOR: std::ops::RangeInclusive<f64> = 1.0..=1000.0;
 
-/// Maximum scale of a normal map, as in a scene file.
-const MAX_SCALE: f64 = 1e6;
-
 /// Materials in use, by their index in the document; `None` is the material of primitives that name
 /// none.
 #[derive(Debug)]
@@ -143,12 +140,11 @@ fn read(
     let mut slots = Slots { document, site: &site, sets: [None; 2], others: 0 };
     let defaults = MetallicRoughness::default();
     let pbr = source.pbr_metallic_roughness.as_deref().unwrap_or(&defaults);
-    let [base, emissive, rough, transmitted, normal] = [
+    let [base, emissive, rough, transmitted] = [
         "pbrMetallicRoughness.baseColorTexture",
         "emissiveTexture",
         "pbrMetallicRoughness.metallicRoughnessTexture",
         "extensions.KHR_materials_transmission.transmissionTexture",
-        "normalTexture",
     ];
     let base_color_texture = slots.texture(output, pbr.base_color_texture.as_deref(), Curve::Srgb, base)?;
     let metallic_roughness_texture =
@@ -184,19 +180,13 @@ fn read(
         Some(extension) => Some(layers::glossy(&mut slots, output, extension)?),
         None => None,
     };
-    let map = source.normal_texture.as_deref();
-    let normal_texture = slots.texture(output, map.map(|map| &map.info), Curve::Linear, normal)?;
+    let (normal_texture, normal_scale) =
+        slots.normal_map(output, source.normal_texture.as_deref(), "normalTexture")?;
     output.warnings.tally(
         "textures beyond a material's first two sets of texture coordinates, read with the first",
         slots.others,
         &site.place,
     );
-    let normal_scale = map.map_or(1.0, |map| map.scale);
-    if normal_scale.abs() > MAX_SCALE {
-        return Err(site
-            .member("normalTexture")
-            .malformed(format!("scale is {normal_scale:e}"), "it must be at most 1e6"));
-    }
     let Output { warnings, .. } = output;
     let factor = share(DVec4::from(pbr.base_color_factor), &site, warnings);
     let [metallic, roughness, transmission, _] = share(

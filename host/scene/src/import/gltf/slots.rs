@@ -3,12 +3,15 @@
 use super::super::images::Curve;
 use super::super::source_location::SourceLocation;
 use super::super::warnings::Warnings;
-use super::json::TextureInfo;
+use super::json::{NormalTexture, TextureInfo};
 use super::texture;
 use super::{Document, Output};
 use crate::description::TextureUse;
 use crate::error::SceneError;
 use glam::DVec4;
+
+/// Maximum scale of a normal map, as in a scene file.
+const MAX_SCALE: f64 = 1e6;
 
 /// Reader of a material's textures, which may use two sets of texture coordinates.
 pub struct Slots<'a> {
@@ -43,6 +46,22 @@ impl Slots<'_> {
             texture.second_uvs = self.sets[1] == Some(set);
             texture
         }))
+    }
+
+    /// Reads the normal map at `place` of the material, and the factor of its x and y; `None` and 1
+    /// without `map`.
+    pub fn normal_map(
+        &mut self,
+        output: &mut Output,
+        map: Option<&NormalTexture>,
+        place: &str,
+    ) -> Result<(Option<TextureUse>, f64), SceneError> {
+        let scale = map.map_or(1.0, |map| map.scale);
+        if scale.abs() > MAX_SCALE {
+            let site = self.site.member(place);
+            return Err(site.malformed(format!("scale is {scale:e}"), "it must be at most 1e6"));
+        }
+        Ok((self.texture(output, map.map(|map| &map.info), Curve::Linear, place)?, scale))
     }
 }
 

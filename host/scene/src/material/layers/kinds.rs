@@ -2,7 +2,7 @@
 
 use crate::ranges::{all, each};
 use crate::texture::{TextureRole, TextureUse};
-use crate::values::{Angle, FilmIor, Gain, Length, Share, Thickness, number, numbers, some};
+use crate::values::{Angle, FilmIor, Gain, Length, Share, TextureNumber, Thickness, number, numbers, some};
 use glam::DVec3;
 use serde::Deserialize;
 
@@ -22,6 +22,12 @@ pub struct Coat<T = TextureUse> {
     /// Texture whose green multiplies `roughness`.
     #[serde(deserialize_with = "some")]
     pub roughness_texture: Option<T>,
+    /// Normal map of the coat, in the tangent space of a mesh; the surface's does not bend it.
+    #[serde(deserialize_with = "some")]
+    pub normal_texture: Option<T>,
+    /// Factor of the normal map's x and y.
+    #[serde(deserialize_with = "number::<TextureNumber, _>")]
+    pub normal_scale: f64,
 }
 
 /// Sheen of fibres (KHR_materials_sheen).
@@ -135,7 +141,14 @@ fn distance<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Option<
 
 impl<T> Default for Coat<T> {
     fn default() -> Self {
-        Self { strength: 1.0, roughness: 0.0, texture: None, roughness_texture: None }
+        Self {
+            strength: 1.0,
+            roughness: 0.0,
+            texture: None,
+            roughness_texture: None,
+            normal_texture: None,
+            normal_scale: 1.0,
+        }
     }
 }
 
@@ -219,7 +232,8 @@ macro_rules! layers {
 
 layers! {
     Coat "coat":
-        [strength: Share, roughness: Share], [], [texture: Numbers, roughness_texture: Numbers];
+        [strength: Share, roughness: Share, normal_scale: TextureNumber], [],
+        [texture: Numbers, roughness_texture: Numbers, normal_texture: Numbers];
     Sheen "sheen":
         [roughness: Share], [color: Share], [texture: Colour, roughness_texture: Numbers];
     Specular "specular":

@@ -8,7 +8,7 @@ pub use kinds::{Anisotropy, Coat, DiffuseTransmission, Iridescence, Sheen, Specu
 use crate::ranges::{all, each};
 use crate::texture::{TextureRole, TextureUse};
 use crate::values::{Dispersion, Length, Share, number, some};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use serde::Deserialize;
 use trisect_shared::layers::{GLOSSINESS, LayerTextures, MaterialLayers, SOLID};
 
@@ -78,8 +78,9 @@ impl<T> Layers<T> {
             && volume.is_none()
     }
 
-    /// Returns whether the surface needs the tangents of its mesh.
-    pub fn needs_tangents(&self) -> bool {
+    /// Returns whether the facets have a direction, for which the surface needs the tangents of its
+    /// mesh.
+    pub fn is_anisotropic(&self) -> bool {
         self.anisotropy.as_ref().is_some_and(|anisotropy| anisotropy.strength > 0.0)
     }
 
@@ -144,6 +145,11 @@ impl Layers {
             (layers.coat, layers.coat_roughness) = (coat.strength as f32, coat.roughness as f32);
             textures.coat = texture(&coat.texture)?;
             textures.coat_roughness = texture(&coat.roughness_texture)?;
+            textures.coat_normal = texture(&coat.normal_texture)?;
+            if coat.normal_texture.is_some() {
+                let scale = coat.normal_scale as f32;
+                layers.coat_normal = Vec3::new(scale, scale, 1.0);
+            }
         }
         if let Some(sheen) = &self.sheen {
             (layers.sheen_color, layers.sheen_roughness) = (sheen.color.as_vec3(), sheen.roughness as f32);

@@ -90,6 +90,11 @@ pub fn of_material<'a>(material: &'a mut Material, path: &[&str]) -> Found<'a> {
         ["normalTexture", "scale"] => {
             material.normal_texture.as_mut().map(|of| from_mut(&mut of.scale)).into()
         }
+        ["extensions", _, "clearcoatNormalTexture", "scale"] => {
+            let coat = material.extensions.as_mut().and_then(|of| of.clearcoat.as_mut());
+            let map = coat.and_then(|of| of.clearcoat_normal_texture.as_mut());
+            map.map(|of| from_mut(&mut of.scale)).into()
+        }
         ["extensions", extension, name] => {
             of_extension(material.extensions.get_or_insert_default(), extension, name)
         }
@@ -168,6 +173,11 @@ fn texture_of<'a>(material: &'a mut Material, path: &[&str]) -> Option<Option<&'
             "transmissionTexture" => texture!(transmission.transmission_texture),
             "clearcoatTexture" => texture!(clearcoat.clearcoat_texture),
             "clearcoatRoughnessTexture" => texture!(clearcoat.clearcoat_roughness_texture),
+            "clearcoatNormalTexture" => {
+                let coat = material.extensions.as_mut().and_then(|of| of.clearcoat.as_mut());
+                let map = coat.and_then(|of| of.clearcoat_normal_texture.as_mut());
+                map.map(|of| &mut of.info)
+            }
             "sheenColorTexture" => texture!(sheen.sheen_color_texture),
             "sheenRoughnessTexture" => texture!(sheen.sheen_roughness_texture),
             "specularTexture" => texture!(specular.specular_texture),
