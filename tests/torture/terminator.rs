@@ -121,9 +121,9 @@ fn room(normals: impl Fn(usize, Vec3) -> Vec3) -> Scene {
     scene
 }
 
-/// No light comes into a closed room of few triangles, whatever their normals: those of a ball, and
-/// random ones. As with flat walls, a vertex of a path within rounding of an edge may lie behind the
-/// other wall (torture test 46).
+/// No light comes into a closed room of few triangles, whatever their normals: those of a ball,
+/// and random ones. As with flat walls, a vertex of a path within rounding of an edge may lie
+/// behind the other wall (torture test 46).
 fn t47_closed_rooms(subject: BackendUnderTest) {
     let lit = |scene: &Scene| -> Option<usize> {
         let film = film(&mut subject.renderer(scene)?, &Settings::of(scene));

@@ -16,6 +16,7 @@ use trisect_shared::microfacet::MIN_ROUGH_ALPHA;
 
 /// Scattering model of a material. `T` refers to a texture: by its name in a scene file.
 #[derive(Clone, Debug, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "a scene has few materials, which are made once")]
 pub enum Surface<T = TextureUse> {
     /// Diffuse reflection.
     Lambertian(Lambertian<T>),
