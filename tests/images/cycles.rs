@@ -54,6 +54,7 @@ const OTHERS: &[(&str, Limits)] = &[
     ("wrap_", FLAT),
     ("ball_stretched", Limits { whole: 0.017, block: 0.08 }),
     ("ball", Limits { whole: 0.005, block: 0.05 }),
+    ("coat_map", FLAT),
     ("coat_metal", Limits { whole: 0.006, block: 0.19 }),
     ("coat", Limits { whole: 0.006, block: 0.06 }),
     ("default", Limits { whole: 0.006, block: 0.17 }),

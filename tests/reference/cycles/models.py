@@ -214,6 +214,25 @@ def two_sets(path):
     model.write(path)
 
 
+def coat_map(path):
+    model = Model()
+    model.use("KHR_materials_clearcoat")
+    positions, normals, uvs, triangles = square()
+    coat = {
+        "clearcoatFactor": 1,
+        "clearcoatRoughnessFactor": 0.4,
+        "clearcoatNormalTexture": {"index": model.texture(bumps(2, slope=0.4))},
+    }
+    material = {"pbrMetallicRoughness": pbr(0.5), "extensions": {"KHR_materials_clearcoat": coat}}
+    attributes = {
+        "POSITION": model.accessor(positions),
+        "NORMAL": model.accessor(normals),
+        "TEXCOORD_0": model.accessor(uvs),
+    }
+    model.mesh(attributes, triangles, model.add("materials", material))
+    model.write(path)
+
+
 def animate(model, node, path, times, values, interpolation="LINEAR"):
     sampler = {"input": model.accessor(times), "output": model.accessor(values), "interpolation": interpolation}
     channel = {"sampler": 0, "target": {"node": node, "path": path}}
@@ -346,6 +365,7 @@ def materials():
     for roughness in (0.3, 0.6):
         layered(f"metal_{roughness}.gltf", base=pbr(roughness, 1))
     layered("coat.gltf", {"clearcoat": {"clearcoatFactor": 1, "clearcoatRoughnessFactor": 0.2}})
+    coat_map("coat_map.gltf")
     layered("coat_metal.gltf", {"clearcoat": {"clearcoatFactor": 0.7, "clearcoatRoughnessFactor": 0.1}}, pbr(0.5, 1))
     layered("sheen.gltf", {"sheen": {"sheenColorFactor": [0.9, 0.4, 0.3], "sheenRoughnessFactor": 0.5}}, pbr(0.8))
     layered("specular_none.gltf", {"specular": {"specularFactor": 0}}, pbr(0.3))
