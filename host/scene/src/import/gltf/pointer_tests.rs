@@ -108,6 +108,29 @@ fn materials_change() {
 }
 
 #[test]
+fn glossy_materials_change() {
+    let place = "/materials/0/extensions/KHR_materials_pbrSpecularGlossiness";
+    let names = ["diffuseFactor", "specularFactor", "glossinessFactor"].map(|name| format!("{place}/{name}"));
+    let text = with(
+        &[
+            (&names[0], &[0.0, 0.0, 0.0, 1.0, 1.0, 0.5, 0.25, 0.0]),
+            (&names[1], &[0.0, 0.0, 0.0, 0.5, 0.25, 1.0]),
+            (&names[2], &[0.0, 1.0]),
+        ],
+        "LINEAR",
+    );
+    let clear = r#""KHR_materials_clearcoat":{"clearcoatFactor":0.25}"#;
+    assert!(text.contains(clear));
+    let text = text.replace(clear, r#""KHR_materials_pbrSpecularGlossiness":{}"#);
+    let scene = read(&text, 0.5);
+    let of = surface(&scene.materials[0]);
+    assert_eq!((of.base_color, scene.materials[0].opacity), (DVec3::new(0.5, 0.25, 0.125), 0.5));
+    let specular = of.layers.specular.as_ref().unwrap();
+    assert_eq!((specular.color, of.roughness), (DVec3::new(0.25, 0.125, 0.5), 0.5));
+    assert_eq!(scene.warnings, [""; 0]);
+}
+
+#[test]
 fn textures_are_moved() {
     let path = "/materials/0/pbrMetallicRoughness/baseColorTexture/extensions/KHR_texture_transform";
     let names = ["offset", "scale", "rotation"].map(|name| format!("{path}/{name}"));

@@ -30,7 +30,12 @@ const TRANSFORM: [&str; 2] = ["extensions", "KHR_texture_transform"];
 /// Returns whether the property that a pointer of these parts names may be negative.
 pub fn is_signed(parts: &[&str]) -> bool {
     parts.contains(&TRANSFORM[1])
-        || matches!(parts, [.., "normalTexture", "scale"] | [.., "anisotropyRotation"] | [.., "ymag"])
+        || matches!(
+            parts,
+            [.., "normalTexture" | "clearcoatNormalTexture", "scale"]
+                | [.., "anisotropyRotation"]
+                | [.., "ymag"]
+        )
 }
 
 /// Finds a property of a light.
@@ -147,6 +152,9 @@ fn of_extension<'a>(of: &'a mut MaterialExtensions, extension: &str, name: &str)
         }
         ("volume", "attenuationColor") => numbers!(volume.attenuation_color),
         ("dispersion", "dispersion") => number!(dispersion.dispersion),
+        ("pbrSpecularGlossiness", "diffuseFactor") => numbers!(specular_glossiness.diffuse_factor),
+        ("pbrSpecularGlossiness", "specularFactor") => numbers!(specular_glossiness.specular_factor),
+        ("pbrSpecularGlossiness", "glossinessFactor") => number!(specular_glossiness.glossiness_factor),
         _ => Found::Unsupported,
     }
 }
@@ -178,6 +186,8 @@ fn texture_of<'a>(material: &'a mut Material, path: &[&str]) -> Option<Option<&'
                 let map = coat.and_then(|of| of.clearcoat_normal_texture.as_mut());
                 map.map(|of| &mut of.info)
             }
+            "diffuseTexture" => texture!(specular_glossiness.diffuse_texture),
+            "specularGlossinessTexture" => texture!(specular_glossiness.specular_glossiness_texture),
             "sheenColorTexture" => texture!(sheen.sheen_color_texture),
             "sheenRoughnessTexture" => texture!(sheen.sheen_roughness_texture),
             "specularTexture" => texture!(specular.specular_texture),
