@@ -1,7 +1,8 @@
 //! Normal maps of coats: they bend the coat's reflection, and nothing else.
 #![allow(clippy::unwrap_used, reason = "this is how a test fails")]
 
-use super::mesh_attributes::{ball_of, image, is_exact, settings, square, sunlit, texture};
+use super::bumps::{ball_of, is_exact};
+use super::mesh_attributes::{image, settings, square, sunlit, texture};
 use glam::{DAffine3, DVec3};
 use trisect::film::Film;
 use trisect::render::Settings;

@@ -2,6 +2,7 @@
 //! is divided, and compared with other programs, known answers and bits on record.
 
 mod book;
+mod bumps;
 mod coat_maps;
 mod cycles;
 mod determinism;
