@@ -127,9 +127,10 @@ def ball(surface, row, column):
     return total / 64
 
 
-for roughness in map(float, sys.argv[1:]):
-    surface = Surface(roughness)
-    print(f"roughness {roughness}", *WAYS)
-    print("square", *square(surface).round(4))
-    for block in ((3, 4), (2, 3), (4, 5), (3, 3), (2, 2), (5, 3), (4, 2)):
-        print("ball", block, *ball(surface, *block).round(4))
+if __name__ == "__main__":
+    for roughness in map(float, sys.argv[1:]):
+        surface = Surface(roughness)
+        print(f"roughness {roughness}", *WAYS)
+        print("square", *square(surface).round(4))
+        for block in ((3, 4), (2, 3), (4, 5), (3, 3), (2, 2), (5, 3), (4, 2)):
+            print("ball", block, *ball(surface, *block).round(4))
