@@ -5,7 +5,7 @@
 //! so the loss is that of [`microfacet_albedo`](crate::microfacet_albedo) from the stretched
 //! height, for the root mean square of the alphas, within 0.05. A correction is in proportion to
 //! the difference of the alphas: a sum of terms z / (1 + |z|), with z linear in the inputs, fitted
-//! by least squares to integrals over the visible normals, for alphas 0.01 to 1 and cosines 0.01
+//! by least squares to integrals over the visible normals, for alphas 0.02 to 1 and cosines 0.01
 //! to 1.
 
 use crate::glass_albedo::soft_sum;
@@ -15,17 +15,20 @@ use crate::microfacet_albedo::{lost_share_at, mean_lost_share};
 use glam::{Vec3, Vec4};
 
 /// Least alpha of the fits; facets of less lose what those of this alpha do.
-const LEAST_ALPHA: f32 = 0.01;
+const LEAST_ALPHA: f32 = 0.02;
 
 /// Margin of the fit, for each unit of the alphas' difference: no light is added.
-const MARGIN: f32 = 0.014;
+const MARGIN: f32 = 0.008;
+
+/// Further margin where facets are narrow.
+const NARROW_MARGIN: f32 = 0.06;
 
 /// Returns what [`lost_share`](crate::microfacet_albedo::lost_share) does, for the direction `v`
-/// and the alphas `x` along and `y` across the tangent, x ≥ y: 0.025 below to 0.003 above the
+/// and the alphas `x` along and `y` across the tangent, x ≥ y: 0.032 below to 0.004 above the
 /// integral.
 #[inline(always)]
 pub fn stretched_lost_share(v: Vec3, x: f32, y: f32) -> f32 {
-    let height = stretched_height(v, x, y);
+    let (height, y_given) = (stretched_height(v, x, y), y);
     let (x, y) = (max(x, LEAST_ALPHA), max(y, LEAST_ALPHA));
     // Square of the alpha along the direction, which has none at the normal.
     let (a, b) = (v.x * x, v.y * y);
@@ -33,20 +36,23 @@ pub fn stretched_lost_share(v: Vec3, x: f32, y: f32) -> f32 {
     let mean = sqrt(0.5 * (x * x + y * y));
     let (along, roughness, stretch) = (sqrt(along2), sqrt(mean), (x - y) * (1.0 / (x + y)));
     let at = Inputs { height, along, roughness, stretch };
-    let correction = TERMS[0].sum(at) + TERMS[1].sum(at) + (CONSTANT - MARGIN);
+    // Where facets are narrow across the tangent, the loss changes fast at grazing angles.
+    let narrow =
+        max(1.0 - y_given * 33.0, 0.0) * max(1.0 - v.z.abs() * 7.0, 0.0) * max(1.0 - along * 5.0, 0.0);
+    let correction = TERMS[0].sum(at) + TERMS[1].sum(at) + (CONSTANT - MARGIN - NARROW_MARGIN * narrow);
     min(max(lost_share_at(height, roughness) + (x - y) * correction, 0.0), 1.0)
 }
 
 /// Returns the mean of [`stretched_lost_share`] over the hemisphere, weighted by the cosine, within
-/// 0.003; at least 1e-3, so that a share can be divided by it.
+/// 0.007; at least 1e-3, so that a share can be divided by it.
 #[inline(always)]
 pub fn mean_stretched_lost_share(x: f32, y: f32) -> f32 {
     let (x, y) = (max(x, LEAST_ALPHA), max(y, LEAST_ALPHA));
     let r = sqrt(sqrt(0.5 * (x * x + y * y)));
     let stretch = (x - y) * (1.0 / (x + y));
-    let plain = -0.7293 + r * (3.7554 + r * (-6.5451 + r * (4.2469 + r * -0.721_73)));
-    let once = 0.793_63 + r * (-4.1126 + r * (6.2216 + r * -2.8918));
-    let twice = 0.003_310_9 + r * (0.242_79 + r * -0.323_22);
+    let plain = -0.205_38 + r * (0.6397 + r * (-1.4507 + r * (1.4943 + r * -0.473_51)));
+    let once = -0.173_63 + r * (1.4014 + r * (-1.5629 + r * 0.220_96));
+    let twice = 0.101_42 + r * (-0.856_27 + r * 0.831_56);
     max(mean_lost_share(r) + (x - y) * (plain + stretch * (once + stretch * twice)), 1e-3)
 }
 
@@ -89,24 +95,24 @@ impl Terms {
     }
 }
 
-const CONSTANT: f32 = 0.225_08;
+const CONSTANT: f32 = -0.504_78;
 
 const TERMS: [Terms; 2] = [
     Terms {
-        height: Vec4::new(-0.010_069, 0.197_89, -0.314_73, 1.819),
-        along: Vec4::new(-0.317_88, 0.304_62, 1.8741, 0.490_13),
-        roughness: Vec4::new(0.167_97, -0.081_168, -2.7241, -1.0025),
-        stretch: Vec4::new(-0.1231, 0.137_24, 0.503_42, -0.047_398),
-        constant: Vec4::new(0.100_89, -0.189_12, 1.0941, -1.2916),
-        weight: Vec4::new(-9.4283, -5.1575, -0.331_64, 1.0366),
+        height: Vec4::new(0.015_642, 0.2867, -0.004_466_9, 5.5494),
+        along: Vec4::new(-0.801_63, -3.7733, 0.6923, -6.5055),
+        roughness: Vec4::new(1.361, 1.4684, -1.1338, 1.3881),
+        stretch: Vec4::new(2.1067, -1.4292, -1.8885, -3.4906),
+        constant: Vec4::new(-0.5927, 0.110_75, 0.5727, -3.3292),
+        weight: Vec4::new(11.503, 0.791_54, 10.32, -0.180_36),
     },
     Terms {
-        height: Vec4::new(-0.018_697, 0.258_76, 2.7299, 1.343),
-        along: Vec4::new(-1.0337, -0.184_86, -0.076_702, 0.107_75),
-        roughness: Vec4::new(2.478, -0.012_388, -1.4885, -0.540_32),
-        stretch: Vec4::new(0.490_51, -0.111_09, 0.235_44, -0.040_191),
-        constant: Vec4::new(-0.506_97, -0.085_792, -1.7647, -0.908_85),
-        weight: Vec4::new(1.0275, 6.6158, 0.376_26, -2.6072),
+        height: Vec4::new(40.826, -0.371_02, 0.3716, -7.5546),
+        along: Vec4::new(2.1904, -3.5146, -3.0452, 3.785),
+        roughness: Vec4::new(-17.162, -0.872_73, 2.6763, -8.2744),
+        stretch: Vec4::new(0.849_71, -0.171_66, -1.1691, -0.646_74),
+        constant: Vec4::new(-30.567, 1.5511, -1.252, -1.7448),
+        weight: Vec4::new(0.041_664, -0.151_34, -0.534_42, 0.787_88),
     },
 ];
 
@@ -149,7 +155,7 @@ mod tests {
                 let v = direction(cos, azimuth);
                 let lost = sampled(v, x, y);
                 let apart = f64::from(stretched_lost_share(v, x, y)) - lost;
-                assert!((-0.026 - noise..0.003 + noise).contains(&apart), "{x} {y} {v}: {lost} {apart}");
+                assert!((-0.032 - noise..0.004 + noise).contains(&apart), "{x} {y} {v}: {lost} {apart}");
                 let alike = f64::from(lost_share_at(cos, sqrt(0.5 * (x + y))));
                 worst_plain = worst_plain.max((alike - lost).abs());
             }
@@ -168,7 +174,7 @@ mod tests {
                 mean += f64::from(2.0 * cos * stretched_lost_share(v, x, y)) / f64::from(16 * count);
             }
             let fit = f64::from(mean_stretched_lost_share(x, y));
-            assert!((mean - fit).abs() < 0.0035, "{x} {y}: {mean} {fit}");
+            assert!((mean - fit).abs() < 0.0075, "{x} {y}: {mean} {fit}");
         }
     }
 }

@@ -141,23 +141,36 @@ fn rough_glass_keeps_its_light() {
     assert!(!keeps_light("glass that scatters once", single));
 }
 
-/// Metals that are stretched by all strengths, from all sides.
+/// Metals that are stretched by all strengths, from all sides. The fit is up to 0.004 above.
 #[test]
 fn stretched_metal_keeps_its_light() {
-    for anisotropy in [0.3f32, 0.6, 0.8, 1.0] {
-        for azimuth in [0.0f32, 0.4, 0.8, 1.2, 1.57] {
-            let (anisotropy_cos, anisotropy_sin) = (azimuth.cos(), azimuth.sin());
-            let layers =
-                MaterialLayers { anisotropy, anisotropy_cos, anisotropy_sin, ..MaterialLayers::NONE };
-            let setup =
-                |roughness| materials::layered(materials::mix(1.0, roughness, 0.0), "stretched", layers);
-            assert!(table(&format!("anisotropy {anisotropy} towards {azimuth}"), setup));
-            for (roughness, cos) in [0.3, 0.5, 0.7].into_iter().flat_map(|r| COSINES.map(|cos| (r, cos))) {
-                let mean = albedo(&setup(roughness), cos);
-                assert!(mean.value() + 4.5 * mean.error() > 0.975, "{roughness} {cos}: {mean:?}");
-            }
+    let mut losses = vec![];
+    for (anisotropy, azimuth) in
+        [0.3f32, 0.6, 0.8, 1.0].into_iter().flat_map(|a| [0.0f32, 0.4, 0.8, 1.2, 1.57].map(|z| (a, z)))
+    {
+        let (anisotropy_cos, anisotropy_sin) = (azimuth.cos(), azimuth.sin());
+        let layers = MaterialLayers { anisotropy, anisotropy_cos, anisotropy_sin, ..MaterialLayers::NONE };
+        for (roughness, cos) in ROUGHNESSES.into_iter().flat_map(|r| COSINES.map(|cos| (r, cos))) {
+            let setup = materials::layered(materials::mix(1.0, roughness, 0.0), "stretched", layers);
+            let mean = albedo(&setup, cos);
+            let (kept, noise) = (mean.value(), 4.5 * mean.error());
+            losses.push((1.0 - kept, anisotropy, azimuth, roughness, cos));
+            assert!((0.965 - noise..1.004 + noise).contains(&kept), "{:?}", losses.last());
         }
     }
+    losses.sort_by(|a, b| a.0.total_cmp(&b.0));
+    println!("loss, anisotropy, azimuth, roughness, cosine: {:?} to {:?}", losses.first(), losses.last());
+    let mean = losses.iter().map(|loss| loss.0).sum::<f64>() / losses.len() as f64;
+    println!("mean {mean:.4}");
+    assert!((0.0..0.01).contains(&mean), "{mean}");
+    // Negative control: a metal that absorbs a tenth.
+    let mut grey = materials::layered(
+        materials::mix(1.0, 0.3, 0.0),
+        "stretched",
+        MaterialLayers { anisotropy: 1.0, ..MaterialLayers::NONE },
+    );
+    grey.material.albedo *= 0.9;
+    assert!(albedo(&grey, 0.7).value() < 0.965);
 }
 
 #[test]
