@@ -1,7 +1,7 @@
 //! Albedo of a rough boundary of glass: the part of the light that its GGX facets reflect and
 //! refract at once. For [`crate::bsdf`], which scales by its inverse what leaves at once, so that
 //! no light is lost to other facets (Turquin, "Practical Multiple Scattering Compensation for
-//! Microfacet Models", 2019, section 3, for reflection and refraction together).
+//! Microfacet Models", 2019, for reflection and refraction together).
 //!
 //! The scale depends on the viewer alone, so it is not reciprocal; but as the index goes to 1 all
 //! light goes straight on, as it must, where the additional lobe of Kulla and Conty (2017) would
@@ -20,7 +20,8 @@ use glam::Vec4;
 /// is scattered.
 const FACTORS: [f32; 2] = [1.006, 1.005];
 
-/// Least albedo. That of an index below 1.1 is less from inside at grazing angles.
+/// Least albedo. That of an index below 1.1 is less from inside at grazing angles: such glass loses
+/// more.
 const LEAST: f32 = 0.2;
 
 /// Greatest ratio of the indices that was fitted; above it the albedo hardly changes.
@@ -28,7 +29,8 @@ const GREATEST_RATIO: f32 = 3.0;
 
 /// Returns the albedo by single scattering of a boundary of glass, seen from cosine `cos`: 0.02
 /// below to 0.02 above the integral for indices of at least 1.2 and cosines of at least 0.03.
-/// `height` is the [stretched](crate::microfacet::stretched_height) one, `eta` the ratio of the indices, incident over refracted.
+/// `height` is the [stretched](crate::microfacet::stretched_height) one, `eta` the ratio of the
+/// indices, incident over refracted.
 #[inline(always)]
 pub fn glass_albedo(cos: f32, height: f32, roughness: f32, eta: f32) -> f32 {
     let is_inside = eta > 1.0;

@@ -36,8 +36,7 @@ const LOSSLESS: [&str; 4] = [
 ];
 
 /// Each material that loses light, with the share that it keeps at normal incidence where that is
-/// known: GGX with Smith's G, or with multiple scattering what the fit of its albedo leaves (see
-/// `scenes/furnace.ron`).
+/// known: GGX with Smith's G, or with multiple scattering what the fit of its albedo leaves.
 const LOSSY: [(&str, Option<f64>); 14] = [
     ("Metal(albedo: (1, 1, 1), fuzz: 0.3)", None),
     (

@@ -3,7 +3,8 @@
 //!
 //! Each layer weakens what is below it, so that the whole reflects no more light than arrives: a
 //! sheen by the greater of its albedos from both directions and a boundary by both, which is
-//! reciprocal; a coat by its albedo from the viewer, as the extension does.
+//! reciprocal; a coat by its albedo from the viewer, as the extension does. What leaves the facets
+//! of a clear solid at once is scaled as that of [rough glass](glass_albedo).
 
 use super::boundary::{Boundary, dielectric_f0, diffuseness};
 use super::coat::Coat;
