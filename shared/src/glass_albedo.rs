@@ -22,10 +22,10 @@ const FACTORS: [f32; 2] = [1.006, 1.005];
 
 /// Least albedo. That of an index below 1.1 is less from inside at grazing angles: such glass loses
 /// more.
-const LEAST: f32 = 0.2;
+const MIN_ALBEDO: f32 = 0.2;
 
 /// Greatest ratio of the indices that was fitted; above it the albedo hardly changes.
-const GREATEST_RATIO: f32 = 3.0;
+const MAX_RATIO: f32 = 3.0;
 
 /// Returns the albedo by single scattering of a boundary of glass, seen from cosine `cos`: 0.02
 /// below to 0.02 above the integral for indices of at least 1.2 and cosines of at least 0.03.
@@ -34,7 +34,7 @@ const GREATEST_RATIO: f32 = 3.0;
 #[inline(always)]
 pub fn glass_albedo(cos: f32, height: f32, roughness: f32, eta: f32) -> f32 {
     let is_inside = eta > 1.0;
-    let ratio = min(if is_inside { eta } else { 1.0 / eta }, GREATEST_RATIO);
+    let ratio = min(if is_inside { eta } else { 1.0 / eta }, MAX_RATIO);
     let inverse = 1.0 / ratio;
     // Cosine of the critical angle.
     let critical = sqrt(max((1.0 - inverse) * (1.0 + inverse), 0.0));
@@ -48,7 +48,7 @@ pub fn glass_albedo(cos: f32, height: f32, roughness: f32, eta: f32) -> f32 {
     };
     // Smooth surfaces lose nothing.
     let rough = min(max((roughness - 0.05) * 20.0, 0.0), 1.0);
-    1.0 - (1.0 - min(max(fit, LEAST), 1.0)) * rough
+    1.0 - (1.0 - min(max(fit, MIN_ALBEDO), 1.0)) * rough
 }
 
 /// Inputs of the fit.
@@ -238,7 +238,7 @@ mod tests {
             let (roughness, cos) = (r as f32 / 50.0, (c as f32 / 50.0).max(1e-6));
             for eta in [1e-3, 0.3, 0.7, 0.999, 1.0, 1.001, 1.1, 1.5, 4.0, 1e3] {
                 let share = fit(cos, roughness, eta);
-                assert!((LEAST - 1e-6..=1.0).contains(&share), "{roughness} {cos} {eta}: {share}");
+                assert!((MIN_ALBEDO - 1e-6..=1.0).contains(&share), "{roughness} {cos} {eta}: {share}");
                 assert!(share == 1.0 || roughness > 0.05);
             }
         }

@@ -15,7 +15,7 @@ use crate::microfacet_albedo::{lost_share_at, mean_lost_share};
 use glam::{Vec3, Vec4};
 
 /// Least alpha of the fits; facets of less lose what those of this alpha do.
-const LEAST_ALPHA: f32 = 0.02;
+const MIN_ALPHA: f32 = 0.02;
 
 /// Margin of the fit, for each unit of the alphas' difference: no light is added.
 const MARGIN: f32 = 0.008;
@@ -29,7 +29,7 @@ const NARROW_MARGIN: f32 = 0.06;
 #[inline(always)]
 pub fn stretched_lost_share(v: Vec3, x: f32, y: f32) -> f32 {
     let (height, y_given) = (stretched_height(v, x, y), y);
-    let (x, y) = (max(x, LEAST_ALPHA), max(y, LEAST_ALPHA));
+    let (x, y) = (max(x, MIN_ALPHA), max(y, MIN_ALPHA));
     // Square of the alpha along the direction, which has none at the normal.
     let (a, b) = (v.x * x, v.y * y);
     let along2 = min(max((a * a + b * b) * (1.0 / max(v.x * v.x + v.y * v.y, 1e-9)), y * y), x * x);
@@ -47,7 +47,7 @@ pub fn stretched_lost_share(v: Vec3, x: f32, y: f32) -> f32 {
 /// 0.007; at least 1e-3, so that a share can be divided by it.
 #[inline(always)]
 pub fn mean_stretched_lost_share(x: f32, y: f32) -> f32 {
-    let (x, y) = (max(x, LEAST_ALPHA), max(y, LEAST_ALPHA));
+    let (x, y) = (max(x, MIN_ALPHA), max(y, MIN_ALPHA));
     let r = sqrt(sqrt(0.5 * (x * x + y * y)));
     let stretch = (x - y) * (1.0 / (x + y));
     let plain = -0.205_38 + r * (0.6397 + r * (-1.4507 + r * (1.4943 + r * -0.473_51)));
