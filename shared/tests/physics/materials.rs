@@ -196,10 +196,10 @@ pub fn mixes() -> [Setup; 5] {
     [mix(0.0, 0.3, 0.0), mix(0.0, 0.0, 0.0), mix(1.0, 0.4, 0.0), mix(0.5, 0.6, 0.0), mix(0.2, 0.4, 0.6)]
 }
 
-/// Both sides of glass denser and of glass rarer than its surroundings.
+/// Indices and sides: of glass denser and of glass rarer than its surroundings.
 pub const SIDES: [(f32, bool); 4] = [(1.5, true), (1.5, false), (0.67, true), (0.67, false)];
 
-/// Returns glass of both [`SIDES`].
+/// Returns rough glass of all [`SIDES`].
 pub fn rough_glasses(roughness: f32) -> [Setup; 4] {
     SIDES.map(|(ior, front)| rough_glass(ior, roughness, front))
 }
