@@ -61,6 +61,14 @@ pub fn facing_area_along(v: Vec3, x: f32, y: f32) -> f32 {
     0.5 * (z + sqrt(z * z + a * a + b * b))
 }
 
+/// Returns the height of the direction `v`, on either side, where facets that are stretched by `x`
+/// and `y` along the axes become a hemisphere.
+#[inline(always)]
+pub fn stretched_height(v: Vec3, x: f32, y: f32) -> f32 {
+    let (z, a, b) = (v.z.abs(), v.x * x, v.y * y);
+    z * (1.0 / sqrt(max(z * z + a * a + b * b, 1e-12)))
+}
+
 /// Samples what [`sample_visible_normal`] does, for facets stretched by `x` and `y` along the axes.
 #[inline(always)]
 pub fn sample_visible_normal_along(v: Vec3, x: f32, y: f32, height: u32, azimuth: u32) -> Vec3 {

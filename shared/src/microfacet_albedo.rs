@@ -16,11 +16,17 @@ const LOST_MARGIN: f32 = 0.003;
 /// facets: 1 minus the albedo by single scattering, within 0.006 below it.
 #[inline(always)]
 pub fn lost_share(cos: f32, roughness: f32) -> f32 {
-    let r = roughness;
-    let alpha = r * r;
+    let alpha = roughness * roughness;
     // Height of the direction where the facets are stretched to a hemisphere.
     let cos2 = cos * cos;
-    let s = cos * (1.0 / sqrt(max(cos2 + alpha * alpha * max(1.0 - cos2, 0.0), 1e-12)));
+    lost_share_at(cos * (1.0 / sqrt(max(cos2 + alpha * alpha * max(1.0 - cos2, 0.0), 1e-12))), roughness)
+}
+
+/// Returns what [`lost_share`] does, for the height of the direction where the facets are stretched
+/// to a hemisphere.
+#[inline(always)]
+pub fn lost_share_at(height: f32, roughness: f32) -> f32 {
+    let (r, s) = (roughness, height);
     let constant =
         0.005_572_8 + r * (-0.033_562 + r * (-0.003_317_8 + r * (0.220_67 + r * (-0.329_95 + r * 0.140_93))));
     let first = 0.211_41 + r * (-0.161_67 + r * (0.163_75 + r * (-0.294_56 + r * 0.296_14)));

@@ -36,9 +36,8 @@ const LOSSLESS: [&str; 4] = [
 ];
 
 /// Each material that loses light, with the share that it keeps at normal incidence where that is
-/// known: GGX with Smith's G, or with multiple scattering what the fit of its albedo leaves (see
-/// `scenes/furnace.ron`).
-const LOSSY: [(&str, Option<f64>); 13] = [
+/// known: GGX with Smith's G, or with multiple scattering what the fit of its albedo leaves.
+const LOSSY: [(&str, Option<f64>); 14] = [
     ("Metal(albedo: (1, 1, 1), fuzz: 0.3)", None),
     (
         "Conductor(fresnel: Schlick(reflectance: (1, 1, 1)), roughness: 0.1, multiple_scattering: false)",
@@ -66,6 +65,7 @@ const LOSSY: [(&str, Option<f64>); 13] = [
     ),
     ("RoughDielectric(ior: 1.5, roughness: 0.1)", None),
     ("RoughDielectric(ior: 1.5, roughness: 0.5)", None),
+    ("RoughDielectric(ior: 1.5, roughness: 1)", None),
     ("MetallicRoughness(base_color: (1, 1, 1), metallic: 0, roughness: 0.3, ior: 1.5)", None),
     ("MetallicRoughness(base_color: (1, 1, 1), metallic: 0, roughness: 1, ior: 1.5)", None),
     ("MetallicRoughness(base_color: (1, 1, 1), metallic: 1, roughness: 0.3)", None),

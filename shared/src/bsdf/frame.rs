@@ -40,8 +40,11 @@ impl Bsdf {
         let alpha = max(self.alpha, MIN_ROUGH_ALPHA);
         self.alpha_y = alpha;
         self.alpha_x = alpha + (1.0 - alpha) * layers.anisotropy * layers.anisotropy;
-        // For the fits of albedos: facets stretched one way lose what others of this alpha do.
-        self.alpha = 0.5 * (self.alpha_x + alpha);
+        // For the fits of albedos: the root of the mean square over the directions.
+        self.alpha = alpha;
+        if self.is_stretched() {
+            self.alpha = sqrt(0.5 * (self.alpha_x * self.alpha_x + alpha * alpha));
+        }
         self.material.roughness = sqrt(self.alpha);
         let along = tangent - self.normal * tangent.dot(self.normal);
         if layers.anisotropy > 0.0 && along.dot(along) > 1e-12 {

@@ -3,15 +3,18 @@
 //!
 //! Each layer weakens what is below it, so that the whole reflects no more light than arrives: a
 //! sheen by the greater of its albedos from both directions and a boundary by both, which is
-//! reciprocal; a coat by its albedo from the viewer, as the extension does.
+//! reciprocal; a coat by its albedo from the viewer, as the extension does. What leaves the facets
+//! of a clear solid at once is scaled as that of [rough glass](glass_albedo).
 
 use super::boundary::{Boundary, dielectric_f0, diffuseness};
 use super::coat::Coat;
 use super::microfacets::{Facet, FacetEval, Lost, MicrofacetLobe, Proposal, cosine_direction};
 use super::{Bsdf, BsdfEval, sheen, thin_film};
 use crate::fresnel;
+use crate::glass_albedo::glass_albedo;
 use crate::layers::SOLID;
 use crate::math::{max, max_component, min, normalize, sqrt, unit_f32, unit_sphere};
+use crate::microfacet::stretched_height;
 use crate::microfacet_albedo::{lost_share, mean_schlick, returned_share};
 use crate::rng::Words;
 use core::f32::consts::FRAC_1_PI;
@@ -98,7 +101,7 @@ impl MicrofacetLobe for Layered {
         let cover = cover * lobes.over.passed();
         let clear = m.albedo * ((1.0 - m.metallic) * m.transmission);
         if !facets.reflected {
-            let mut value = clear * (Vec3::ONE - dielectric) * bsdf.dispersed * facets.value;
+            let mut value = clear * (Vec3::ONE - dielectric) * bsdf.dispersed * (facets.value * lobes.gain);
             let mut pdf = lobes.facet * (1.0 - share) * facets.pdf;
             if !Self::refracts(bsdf) {
                 value += clear * ((1.0 - lobes.boundary.again) * lobes.scale * lost * above.z);
@@ -111,7 +114,7 @@ impl MicrofacetLobe for Layered {
         if bsdf.is_mapped {
             diffuse *= bsdf.bump_shadowing(i);
         }
-        let narrow = specular * facets.value;
+        let narrow = specular * (facets.value * lobes.gain);
         let mut below = (narrow + lobes.again * (lost * i.z) + diffuse) * cover;
         if sheen_color > 0.0 {
             let half = sheen::half_cosine(bsdf.local_viewer, i);
@@ -189,6 +192,21 @@ fn is_total(bsdf: &Bsdf, cos: f32) -> bool {
     bsdf.layers.flags & SOLID != 0 && fresnel::refracted_cos2(cos, bsdf.eta()) <= 0.0
 }
 
+/// Returns the factor of light that leaves the facets at once, for the share `glass` of a solid's
+/// clear part. A tint of its reflection weakens the factor, so that no light is added.
+#[inline(always)]
+fn gain(bsdf: &Bsdf, glass: f32) -> f32 {
+    if glass <= 0.0 {
+        return 1.0;
+    }
+    let (layers, o) = (&bsdf.layers, bsdf.local_viewer);
+    let tint = layers.specular_color;
+    let tint = layers.specular * min(min(tint.x, min(tint.y, tint.z)), 1.0);
+    let height = stretched_height(o, bsdf.alpha_x, bsdf.alpha_y);
+    let albedo = glass_albedo(o.z, height, bsdf.material.roughness, bsdf.eta());
+    1.0 + glass * tint * (1.0 / albedo - 1.0)
+}
+
 /// Probability of sampling each lobe, and numbers that lobes share, as the viewer sees them.
 /// (Vectors begin rows of 16 bytes: naga lays records out so.)
 #[repr(C, align(16))]
@@ -207,6 +225,8 @@ pub(super) struct LayeredLobes {
     clear: f32,
     /// Factor of lost light that comes out again, per steradian.
     scale: f32,
+    /// Factor of light that leaves the facets at once: above 1 for glass.
+    gain: f32,
     /// Light that enters the base, per steradian.
     entered: f32,
     /// Light that the sheen leaves from the viewer.
@@ -224,6 +244,7 @@ impl LayeredLobes {
         below: 0.0,
         clear: 0.0,
         scale: 0.0,
+        gain: 1.0,
         again: Vec3::ZERO,
         entered: 0.0,
         cover: 1.0,
@@ -235,10 +256,12 @@ impl LayeredLobes {
     #[inline(always)]
     pub fn of(bsdf: &Bsdf) -> Self {
         let (m, layers, o) = (&bsdf.material, &bsdf.layers, bsdf.local_viewer);
-        let Lost { viewer: lost, mean, scale } = Lost::of(bsdf);
+        let lost = if bsdf.is_stretched() { Lost::stretched(bsdf) } else { Lost::of(bsdf) };
+        let Lost { viewer: lost, mean, scale } = lost;
+        let glass = if layers.flags & SOLID != 0 { (1.0 - m.metallic) * m.transmission } else { 0.0 };
         let at = Specular::at(bsdf, o.z);
         let f = max_component(at.dielectric * (1.0 - m.metallic) + at.metal * m.metallic);
-        let again = f * f * lost;
+        let again = f * f * lost * (1.0 - glass);
         let entered = (1.0 - m.metallic) * max(1.0 - max_component(at.dielectric), 0.0);
         let clear = entered * m.transmission * max_component(m.albedo);
         let base = entered * (1.0 - m.transmission);
@@ -260,7 +283,8 @@ impl LayeredLobes {
         let (f0, f90) = specular_ends(bsdf);
         let boundary = Boundary::new(greatest_f0(bsdf, f0), f90, m.roughness, mean)
             .with_margin(if layers.film > 0.0 { FILM_MARGIN } else { 0.0 });
-        let mut share = returned_share(mean_schlick(f0, Vec3::splat(f90)), mean) * (1.0 - m.metallic);
+        let mut share = returned_share(mean_schlick(f0, Vec3::splat(f90)), mean);
+        share *= (1.0 - m.metallic) - glass;
         if m.metallic > 0.0 {
             share += returned_share(mean_schlick(m.albedo, Vec3::ONE), mean) * m.metallic;
         }
@@ -277,6 +301,7 @@ impl LayeredLobes {
             below: below * chosen,
             clear: (1.0 - m.metallic) * m.transmission * max_component(m.albedo),
             scale,
+            gain: gain(bsdf, glass),
             again: share * scale,
             entered: (1.0 - m.metallic) * (1.0 - m.transmission) * entered,
             cover: 1.0 - sheen,

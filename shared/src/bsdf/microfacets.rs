@@ -12,6 +12,7 @@ use crate::microfacet::{
 };
 use crate::microfacet_albedo::{lost_share, mean_lost_share, scattered_again};
 use crate::rng::Words;
+use crate::stretched_albedo::{mean_stretched_lost_share, stretched_lost_share};
 use glam::Vec3;
 
 /// Returns whether `kind`, which is at least `of`, equals it. A kernel without greater kinds
@@ -86,7 +87,8 @@ pub(super) struct Prepared {
     pub again: Vec3,
     /// Share of the viewer's light that facets of full reflectance lose.
     pub lost: f32,
-    /// Factor of [`lost_share`] for light that comes out again, per steradian.
+    /// Factor of [`lost_share`] for light that comes out again, per steradian; of clear glass, the
+    /// factor of light that leaves at once.
     pub scale: f32,
     /// Probability of the lobe of the facet that is met.
     pub facet: f32,
@@ -105,7 +107,7 @@ impl Prepared {
     pub const FACETS: Self = Self {
         again: Vec3::ZERO,
         lost: 0.0,
-        scale: 0.0,
+        scale: 1.0,
         facet: 1.0,
         cosine: 0.0,
         transmission: 0.0,
@@ -129,10 +131,21 @@ impl Lost {
     /// Returns what the facets of `bsdf` lose.
     #[inline(always)]
     pub fn of(bsdf: &Bsdf) -> Self {
-        let (alpha, roughness, z) = (bsdf.alpha, bsdf.material.roughness, bsdf.local_viewer.z);
-        let rough = alpha >= MIN_ROUGH_ALPHA && bsdf.material.flags & SINGLE_SCATTERING == 0;
+        let (roughness, z) = (bsdf.material.roughness, bsdf.local_viewer.z);
+        let rough = bsdf.alpha >= MIN_ROUGH_ALPHA && bsdf.material.flags & SINGLE_SCATTERING == 0;
         let viewer = if rough { lost_share(z, roughness) } else { 0.0 };
-        let mean = mean_lost_share(roughness);
+        Self::new(viewer, mean_lost_share(roughness))
+    }
+
+    /// Returns what facets lose along the tangent and across it.
+    #[inline(always)]
+    pub fn stretched(bsdf: &Bsdf) -> Self {
+        let (x, y) = (bsdf.alpha_x, bsdf.alpha_y);
+        Self::new(stretched_lost_share(bsdf.local_viewer, x, y), mean_stretched_lost_share(x, y))
+    }
+
+    #[inline(always)]
+    fn new(viewer: f32, mean: f32) -> Self {
         Self { viewer, mean, scale: viewer * scattered_again(mean) }
     }
 }
@@ -280,9 +293,19 @@ impl Bsdf {
             // Facets that both directions see: 1 of 1 + Λ(o) + Λ(i), over o.z.
             value = common * height * (1.0 / (facing_o * height + o.z * (facing_i - height)));
         }
-        let lost = lost_share(i.z.abs(), self.material.roughness);
+        let lost = if is_layered(features, kind) && self.is_stretched() {
+            stretched_lost_share(i, self.alpha_x, self.alpha_y)
+        } else {
+            lost_share(i.z.abs(), self.material.roughness)
+        };
         let facets = FacetEval { value, pdf, cos: min(cos_o, 1.0), reflected, lost };
         of_microfacets!(features, kind, evaluate(self, i, &facets))
+    }
+
+    /// Returns whether facets are stretched more along the tangent than across it.
+    #[inline(always)]
+    pub(super) fn is_stretched(&self) -> bool {
+        self.alpha_x > self.alpha_y
     }
 
     /// Returns the ratio of refractive indices, incident over refracted.

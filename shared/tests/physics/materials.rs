@@ -8,7 +8,7 @@ use trisect_shared::bsdf::{
 };
 use trisect_shared::features::{BOOK, FeatureSet, MICROFACETS};
 use trisect_shared::layers::{MaterialLayers, SOLID};
-use trisect_shared::material::{COMPLEX_IOR, Material};
+use trisect_shared::material::{COMPLEX_IOR, Material, SINGLE_SCATTERING};
 use trisect_shared::math::{basis, normalize};
 use trisect_shared::scene::Scene;
 
@@ -125,6 +125,13 @@ pub fn rough_glass(ior: f32, roughness: f32, front: bool) -> Setup {
     }
 }
 
+/// Returns glass whose facets lose what they send to others.
+pub fn single_scattering_glass(ior: f32, roughness: f32, front: bool) -> Setup {
+    let mut setup = rough_glass(ior, roughness, front);
+    setup.material.flags = SINGLE_SCATTERING;
+    setup
+}
+
 pub fn mix(metallic: f32, roughness: f32, transmission: f32) -> Setup {
     let material = Material {
         metallic,
@@ -189,8 +196,10 @@ pub fn mixes() -> [Setup; 5] {
     [mix(0.0, 0.3, 0.0), mix(0.0, 0.0, 0.0), mix(1.0, 0.4, 0.0), mix(0.5, 0.6, 0.0), mix(0.2, 0.4, 0.6)]
 }
 
-/// Returns both sides of glass denser and of glass rarer than its surroundings.
+/// Indices and sides: of glass denser and of glass rarer than its surroundings.
+pub const SIDES: [(f32, bool); 4] = [(1.5, true), (1.5, false), (0.67, true), (0.67, false)];
+
+/// Returns rough glass of all [`SIDES`].
 pub fn rough_glasses(roughness: f32) -> [Setup; 4] {
-    [(1.5, true), (1.5, false), (0.67, true), (0.67, false)]
-        .map(|(ior, front)| rough_glass(ior, roughness, front))
+    SIDES.map(|(ior, front)| rough_glass(ior, roughness, front))
 }

@@ -69,8 +69,11 @@ fn reflection() {
     // The extension mixes a coat by the viewer's angle alone.
     let is_reciprocal = |setup: &Setup| setup.layers.coat == 0.0 && !setup.name.starts_with("rough glass");
     setups.extend(materials::layers().into_iter().filter(is_reciprocal));
-    setups.extend(materials::rough_glasses(0.3));
-    setups.extend(materials::rough_glasses(0.8));
+    // What glass scatters again is scaled by the viewer's albedo.
+    let glass = |roughness| {
+        materials::SIDES.map(|(ior, front)| materials::single_scattering_glass(ior, roughness, front))
+    };
+    setups.extend([0.3, 0.8].into_iter().flat_map(glass));
     for setup in setups {
         let (worst, count) = difference(&setup, &setup, false, 1.0);
         println!("{}: {worst:.1e} of {count}", setup.name);
@@ -94,7 +97,7 @@ fn negative_control_fuzz_is_not_reciprocal() {
 fn refraction() {
     for roughness in [0.3, 0.8] {
         for ior in [1.5, 0.67] {
-            let sides = [true, false].map(|front| materials::rough_glass(ior, roughness, front));
+            let sides = [true, false].map(|front| materials::single_scattering_glass(ior, roughness, front));
             let [outside, inside] = &sides;
             // The index is 1 as seen from outside, and `ior` as seen from inside.
             let worst = difference(outside, inside, true, ior * ior).0;

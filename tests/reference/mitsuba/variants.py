@@ -73,9 +73,9 @@ glass = """        Sphere(center: (-2.4, 0.5, 1.1), radius: 0.5, material: "glas
         Sphere(center: (2.4, 0.5, 1.1), radius: 0.5, material: "glass 4"),
 """
 glasses = """        "glass 1": Dielectric(ior: 1.5),
-        "glass 2": RoughDielectric(ior: 1.5, roughness: 0.2),
-        "glass 3": RoughDielectric(ior: 1.5, roughness: 0.45),
-        "glass 4": RoughDielectric(ior: 1.5, roughness: 0.8),
+        "glass 2": RoughDielectric(ior: 1.5, roughness: 0.2, multiple_scattering: false),
+        "glass 3": RoughDielectric(ior: 1.5, roughness: 0.45, multiple_scattering: false),
+        "glass 4": RoughDielectric(ior: 1.5, roughness: 0.8, multiple_scattering: false),
 """
 panorama = 'Image(file: "sky_smooth.pfm", scale: 1.5, rotation: 40)'
 write("metals.ron", MATERIALS.format(sky=panorama, glasses="", second=metals))

@@ -8,7 +8,7 @@ fn whole() -> SceneBuilder {
     let grey = scene.material(Lambertian::rgb(0.5, 0.5, 0.5));
     let metal = scene.material(Metal { albedo: DVec3::ONE, fuzz: 0.25 });
     let glass = scene.material(Dielectric { ior: 1.5 });
-    let frosted = scene.material(RoughDielectric { ior: 1.5, roughness: 0.5 });
+    let frosted = scene.material(RoughDielectric::new(1.5, 0.5));
     let brass = scene.material(Conductor::schlick([0.9, 0.7, 0.3], 0.25));
     let lamp = scene.material(Emissive::rgb(4.0, 4.0, 4.0));
     scene.plane([0.0; 3], [0.0, 2.0, 0.0], grey).sphere([0.0, 1.0, 0.0], 0.5, metal);

@@ -75,6 +75,10 @@ pub struct RoughDielectric {
     /// Roughness, 0 to 1; GGX alpha is its square.
     #[serde(deserialize_with = "number::<Share, _>")]
     pub roughness: f64,
+    /// True if light that a facet sends to others comes out again; false for the model of renderers
+    /// that lose it.
+    #[serde(default = "yes")]
+    pub multiple_scattering: bool,
 }
 
 /// A rough metal (GGX).
@@ -153,6 +157,13 @@ impl Lambertian {
     /// Returns the material with this reflected fraction.
     pub fn rgb(red: f64, green: f64, blue: f64) -> Self {
         Self { albedo: DVec3::new(red, green, blue), texture: None }
+    }
+}
+
+impl RoughDielectric {
+    /// Returns the glass with this index of refraction and roughness.
+    pub fn new(ior: f64, roughness: f64) -> Self {
+        Self { ior, roughness, multiple_scattering: true }
     }
 }
 
@@ -290,7 +301,7 @@ impl<T> Surface<T> {
                 all::<Share>("fuzz", &[*fuzz])
             }
             Self::Dielectric(Dielectric { ior }) => all::<Ior>("ior", &[*ior]),
-            Self::RoughDielectric(RoughDielectric { ior, roughness }) => {
+            Self::RoughDielectric(RoughDielectric { ior, roughness, .. }) => {
                 all::<Ior>("ior", &[*ior])?;
                 all::<Share>("roughness", &[*roughness])
             }
@@ -341,12 +352,15 @@ impl Surface {
                 record.kind = bsdf::DIELECTRIC;
                 record.ior = *ior as f32;
             }
-            Self::RoughDielectric(RoughDielectric { ior, roughness }) => {
+            Self::RoughDielectric(RoughDielectric { ior, roughness, multiple_scattering }) => {
                 // Below the minimum alpha its boundary is smooth.
                 let rough = (*roughness * *roughness) as f32 >= MIN_ROUGH_ALPHA;
                 record.kind = if rough { bsdf::ROUGH_DIELECTRIC } else { bsdf::DIELECTRIC };
                 record.ior = *ior as f32;
                 record.roughness = *roughness as f32;
+                if !multiple_scattering {
+                    record.flags |= SINGLE_SCATTERING;
+                }
             }
             Self::Conductor(Conductor { fresnel, roughness, multiple_scattering }) => {
                 record.kind = bsdf::CONDUCTOR;

@@ -133,7 +133,7 @@ fn materials() {
     assert_eq!(m[1].surface, MetallicRoughness::default().into());
     assert_eq!((m[2].alpha, m[3].alpha), (Alpha::Blend, Alpha::Mask { cutoff: 0.25 }));
     assert_eq!(m[4].surface, Conductor::schlick([0.5, 0.6, 0.7], 0.5).into());
-    assert_eq!(m[5].surface, RoughDielectric { ior: 1.25, roughness: 0.5 }.into());
+    assert_eq!(m[5].surface, RoughDielectric::new(1.25, 0.5).into());
     assert_eq!(m[5].name, "f");
 }
 
