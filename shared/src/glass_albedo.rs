@@ -92,11 +92,13 @@ impl Terms {
 /// Returns the weighted sum of z / (1 + |z|).
 #[inline(always)]
 pub(crate) fn soft_sum(z: Vec4, weight: Vec4) -> f32 {
-    let y = z * weight;
-    y.x * (1.0 / (1.0 + z.x.abs()))
-        + y.y * (1.0 / (1.0 + z.y.abs()))
-        + y.z * (1.0 / (1.0 + z.z.abs()))
-        + y.w * (1.0 / (1.0 + z.w.abs()))
+    let inverse = Vec4::new(
+        1.0 / (1.0 + z.x.abs()),
+        1.0 / (1.0 + z.y.abs()),
+        1.0 / (1.0 + z.z.abs()),
+        1.0 / (1.0 + z.w.abs()),
+    );
+    (z * inverse).dot(weight)
 }
 
 /// Constants of the fits from inside and from outside.
