@@ -13,7 +13,7 @@
 //! masking, for roughness 0.05 to 1, cosines 0.002 to 1 and indices 1.03 to 3 of the denser side
 //! to the other.
 
-use crate::math::{max, min, sqrt};
+use crate::math::{dot4, max, min, sqrt};
 use glam::Vec4;
 
 /// Factors of the fits from inside and from outside: margins, so that hardly more than all light
@@ -98,7 +98,7 @@ pub(crate) fn soft_sum(z: Vec4, weight: Vec4) -> f32 {
         1.0 / (1.0 + z.z.abs()),
         1.0 / (1.0 + z.w.abs()),
     );
-    (z * inverse).dot(weight)
+    dot4(z * inverse, weight)
 }
 
 /// Constants of the fits from inside and from outside.

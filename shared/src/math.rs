@@ -6,7 +6,7 @@
 //! Render kernels multiply by reciprocals and do not divide: on CUDA a division takes a branch.
 
 use core::f32::consts::{FRAC_PI_2, LN_2};
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
 /// Returns the correctly rounded square root; NaN below zero.
 #[inline(always)]
@@ -256,6 +256,13 @@ pub fn luminance(c: Vec3) -> f32 {
     0.212_6 * c.x + 0.715_2 * c.y + 0.072_2 * c.z
 }
 
+/// Returns the scalar product, added from x to w on every target: `Vec4::dot` adds in another order
+/// on x86 than on GPUs.
+#[inline(always)]
+pub fn dot4(a: Vec4, b: Vec4) -> f32 {
+    a.x * b.x + a.y * b.y + a.z * b.z + a.w * b.w
+}
+
 /// Returns the largest component.
 #[inline(always)]
 pub fn max_component(c: Vec3) -> f32 {
@@ -369,6 +376,24 @@ mod tests {
             (atan2_turns(0.0, 0.0), atan2_turns(0.0, 1.0), atan2_turns(1.0, 0.0), atan2_turns(0.0, -1.0)),
             (0.0, 0.0, 0.25, 0.5)
         );
+    }
+
+    #[test]
+    fn products_are_added_in_order() {
+        let (mut others, mut word) = (0, 0u32);
+        for _ in 0..1000 {
+            let mut next = || {
+                word = word.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+                unit_f32(word)
+            };
+            let (a, b) =
+                (Vec4::new(next(), next(), next(), next()), Vec4::new(next(), next(), next(), next()));
+            let p = a * b;
+            assert_eq!(dot4(a, b).to_bits(), (((p.x + p.y) + p.z) + p.w).to_bits());
+            others += usize::from(dot4(a, b) != (p.x + p.z) + (p.y + p.w));
+        }
+        // Negative control: another order has other bits.
+        assert!(others > 100, "{others}");
     }
 
     #[test]

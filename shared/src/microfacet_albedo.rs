@@ -4,7 +4,7 @@
 //! The functions are fits to integrals over GGX's visible normals with height-correlated masking,
 //! sampled for roughness 0.02 to 1 and cosines 0.002 to 1.
 
-use crate::math::{max, min, sqrt};
+use crate::math::{dot4, max, min, sqrt};
 use core::f32::consts::FRAC_1_PI;
 use glam::{Vec3, Vec4};
 
@@ -111,7 +111,7 @@ pub fn mean_grazing_share(roughness: f32) -> f32 {
 /// Returns what [`mean_grazing_share`] does, for a roughness whose terms are known.
 #[inline(always)]
 pub fn mean_grazing_share_of(terms: &GrazingTerms) -> f32 {
-    terms.powers.dot(Vec4::new(1.0 / 6.0, 1.0 / 21.0, 1.0 / 55.0, 1.0 / 120.0))
+    dot4(terms.powers, Vec4::new(1.0 / 6.0, 1.0 / 21.0, 1.0 / 55.0, 1.0 / 120.0))
 }
 
 /// Terms of [`grazing_share`] that depend on the roughness alone. (Vectors begin rows of 16 bytes:
