@@ -3,9 +3,7 @@
 use super::Bsdf;
 use crate::material::Material;
 use crate::math::min;
-use crate::microfacet_albedo::{
-    GrazingTerms, grazing_share_of, mean_grazing_share_of, mean_schlick, returned_share,
-};
+use crate::microfacet_albedo::{GrazingTerms, grazing_share, mean_schlick, returned_share};
 use glam::Vec3;
 
 /// Rough boundary: all light that it reflects, by single and multiple scattering.
@@ -18,25 +16,18 @@ pub(super) struct Boundary {
     terms: GrazingTerms,
     /// Part of the lost light that comes out again.
     pub again: f32,
-    /// Mean of the albedo over all directions, at most 0.99.
-    pub mean: f32,
     /// Part of the light that counts as reflected beyond the albedo.
     margin: f32,
 }
 
 impl Boundary {
-    /// Stands for no boundary.
-    pub const NONE: Self =
-        Self { f0: 0.0, f90: 0.0, terms: GrazingTerms::NONE, again: 0.0, mean: 0.0, margin: 0.0 };
-
     /// Creates the boundary with these reflectances at normal and at grazing incidence, whose
     /// facets lose `mean_lost` of all light.
     #[inline(always)]
     pub fn new(f0: f32, f90: f32, roughness: f32, mean_lost: f32) -> Self {
         let terms = GrazingTerms::of(roughness);
         let again = returned_share(mean_schlick(Vec3::splat(f0), Vec3::splat(f90)), mean_lost).x;
-        let at_once = f0 * (1.0 - mean_lost) + (f90 - f0) * mean_grazing_share_of(&terms);
-        Self { f0, f90, terms, again, mean: min(at_once + mean_lost * again, 0.99), margin: 0.0 }
+        Self { f0, f90, terms, again, margin: 0.0 }
     }
 
     /// Returns the boundary with a margin of its albedo, for reflectances of another form.
@@ -49,24 +40,15 @@ impl Boundary {
     /// that the facets lose.
     #[inline(always)]
     pub fn albedo_of(&self, cos: f32, lost: f32) -> f32 {
-        let at_once = self.f0 * (1.0 - lost) + (self.f90 - self.f0) * grazing_share_of(cos, &self.terms);
+        let at_once = self.f0 * (1.0 - lost) + (self.f90 - self.f0) * grazing_share(cos, &self.terms);
         min(at_once + lost * self.again + self.margin, 1.0)
     }
 
-    /// Returns the part of the light from cosine `cos` that enters, in the measure of
-    /// [`Self::left`]: the product is the part of the light between two directions that a white
-    /// diffuse base under the boundary scatters. It is normalised so that the base returns all that
-    /// enters (the form of Ashikhmin and Shirley, 2000, with this boundary's albedo); it is
-    /// reciprocal, and with the boundary's part not above 1.
+    /// Returns the part of the light to cosine `cos` that a white diffuse base sends through the
+    /// boundary; `lost` is that of [`Self::albedo_of`]. By the viewer's angle alone, boundary and
+    /// base return all light, as in OpenPBR ("albedo scaling"); the base is not reciprocal.
     #[inline(always)]
-    pub fn entered(&self, cos: f32, lost: f32) -> f32 {
-        (1.0 - self.albedo_of(cos, lost)) * (1.0 / (1.0 - self.mean))
-    }
-
-    /// Returns the part of the light to cosine `cos` that leaves; `lost` is that of
-    /// [`Self::albedo_of`].
-    #[inline(always)]
-    pub fn left(&self, cos: f32, lost: f32) -> f32 {
+    pub fn passed(&self, cos: f32, lost: f32) -> f32 {
         1.0 - self.albedo_of(cos, lost)
     }
 }

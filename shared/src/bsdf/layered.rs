@@ -2,8 +2,8 @@
 //! anisotropic, iridescent and coloured, and below it a diffuse, diffusely passing or clear base.
 //!
 //! Each layer weakens what is below it, so that the whole reflects no more light than arrives: a
-//! sheen by the greater of its albedos from both directions and a boundary by both, which is
-//! reciprocal; a coat by its albedo from the viewer, as the extension does. What leaves the facets
+//! sheen by the greater of its albedos from both directions, which is reciprocal; a coat and a
+//! boundary by their albedos from the viewer, as their specifications mix. What leaves the facets
 //! of a clear solid at once is scaled as that of [rough glass](glass_albedo).
 
 use super::boundary::{Boundary, dielectric_f0, diffuseness};
@@ -15,7 +15,7 @@ use crate::glass_albedo::glass_albedo;
 use crate::layers::SOLID;
 use crate::math::{max, max_component, min, normalize, sqrt, unit_f32, unit_sphere};
 use crate::microfacet::stretched_height;
-use crate::microfacet_albedo::{lost_share, mean_schlick, returned_share};
+use crate::microfacet_albedo::{mean_schlick, returned_share};
 use crate::rng::Words;
 use core::f32::consts::FRAC_1_PI;
 use glam::Vec3;
@@ -84,15 +84,14 @@ impl MicrofacetLobe for Layered {
         let above = Vec3::new(i.x, i.y, i.z.abs());
         let lost = facets.lost;
         // Cosine of the diffuse base, which has the normal of a normal map.
-        let (mut cos, mut lost_of_base) = (above.z, lost);
+        let mut cos = above.z;
         if bsdf.is_mapped && facets.reflected {
             cos = max(i.dot(bsdf.local_mapped), 0.0);
-            lost_of_base = lost_share(cos, m.roughness);
         }
         let Specular { dielectric, metal } = Specular::at(bsdf, facets.clamped_cos());
         let specular = dielectric * (1.0 - m.metallic) + metal * m.metallic;
         let share = lobes.reflected_of(dielectric, specular, is_total(bsdf, facets.clamped_cos()));
-        let base = lobes.entered * lobes.boundary.left(cos, lost_of_base) * cos;
+        let base = lobes.base * cos;
         let sheen_color = max_component(layers.sheen_color);
         let mut cover = 1.0;
         if sheen_color > 0.0 {
@@ -104,7 +103,7 @@ impl MicrofacetLobe for Layered {
             let mut value = clear * (Vec3::ONE - dielectric) * bsdf.dispersed * (facets.value * lobes.gain);
             let mut pdf = lobes.facet * (1.0 - share) * facets.pdf;
             if !Self::refracts(bsdf) {
-                value += clear * ((1.0 - lobes.boundary.again) * lobes.scale * lost * above.z);
+                value += clear * ((1.0 - lobes.returned) * lobes.scale * lost * above.z);
             }
             value += layers.diffuse_transmission_color * (layers.diffuse_transmission * base);
             pdf += lobes.below * above.z * FRAC_1_PI;
@@ -227,12 +226,13 @@ pub(super) struct LayeredLobes {
     scale: f32,
     /// Factor of light that leaves the facets at once: above 1 for glass.
     gain: f32,
-    /// Light that enters the base, per steradian.
-    entered: f32,
+    /// Light that a white diffuse base sends to the viewer, per steradian.
+    base: f32,
+    /// Part of the light that facets lose which comes out again from the dielectric part.
+    returned: f32,
     /// Light that the sheen leaves from the viewer.
     cover: f32,
     over: Coat,
-    boundary: Boundary,
 }
 
 impl LayeredLobes {
@@ -246,10 +246,10 @@ impl LayeredLobes {
         scale: 0.0,
         gain: 1.0,
         again: Vec3::ZERO,
-        entered: 0.0,
+        base: 0.0,
+        returned: 0.0,
         cover: 1.0,
         over: Coat::NONE,
-        boundary: Boundary::NONE,
     };
 
     /// Returns those of a BSDF.
@@ -288,12 +288,7 @@ impl LayeredLobes {
         if m.metallic > 0.0 {
             share += returned_share(mean_schlick(m.albedo, Vec3::ONE), mean) * m.metallic;
         }
-        let (mut viewer_cos, mut lost_of_base) = (o.z, lost);
-        if bsdf.is_mapped {
-            viewer_cos = max(o.dot(bsdf.local_mapped), 1e-6);
-            lost_of_base = lost_share(viewer_cos, m.roughness);
-        }
-        let entered = boundary.entered(viewer_cos, lost_of_base) * FRAC_1_PI;
+        let base = boundary.passed(o.z, lost) * FRAC_1_PI;
         Self {
             coat: coat * chosen,
             facet: facet * chosen,
@@ -303,10 +298,10 @@ impl LayeredLobes {
             scale,
             gain: gain(bsdf, glass),
             again: share * scale,
-            entered: (1.0 - m.metallic) * (1.0 - m.transmission) * entered,
+            base: (1.0 - m.metallic) * (1.0 - m.transmission) * base,
+            returned: boundary.again,
             cover: 1.0 - sheen,
             over,
-            boundary,
         }
     }
 

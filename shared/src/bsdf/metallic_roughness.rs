@@ -7,7 +7,7 @@ use crate::fresnel;
 use crate::material::Material;
 use crate::math::{max, max_component, normalize, unit_f32, unit_sphere};
 use crate::microfacet::MIN_ROUGH_ALPHA;
-use crate::microfacet_albedo::{lost_share, mean_schlick, returned_share};
+use crate::microfacet_albedo::{mean_schlick, returned_share};
 use crate::rng::Words;
 use core::f32::consts::FRAC_1_PI;
 use glam::Vec3;
@@ -41,12 +41,7 @@ impl MicrofacetLobe for MetallicRoughness {
         if m.metallic > 0.0 {
             share += returned_share(mean_schlick(m.albedo, Vec3::ONE), lost.mean) * m.metallic;
         }
-        let (mut viewer_cos, mut lost_of_base) = (bsdf.local_viewer.z, lost.viewer);
-        if bsdf.is_mapped {
-            viewer_cos = max(bsdf.local_viewer.dot(bsdf.local_mapped), 1e-6);
-            lost_of_base = lost_share(viewer_cos, m.roughness);
-        }
-        let entered = boundary.entered(viewer_cos, lost_of_base) * FRAC_1_PI;
+        let base = boundary.passed(bsdf.local_viewer.z, lost.viewer) * FRAC_1_PI;
         Prepared {
             again: share * lost.scale,
             lost: lost.viewer,
@@ -54,8 +49,8 @@ impl MicrofacetLobe for MetallicRoughness {
             facet: facet * chosen,
             cosine: cosine * chosen,
             transmission: clear * chosen,
-            entered: (1.0 - m.metallic) * (1.0 - m.transmission) * entered,
-            boundary,
+            base: (1.0 - m.metallic) * (1.0 - m.transmission) * base,
+            returned: boundary.again,
         }
     }
 
@@ -103,20 +98,19 @@ impl MicrofacetLobe for MetallicRoughness {
         let f = reflectance(m, facets.clamped_cos());
         let lost = facets.lost;
         // Cosine of the diffuse base, which has the normal of a normal map.
-        let (mut cos, mut lost_of_base) = (i.z, lost);
+        let mut cos = i.z;
         if bsdf.is_mapped {
             cos = max(i.dot(bsdf.local_mapped), 0.0);
-            lost_of_base = lost_share(cos, m.roughness);
         }
         if !facets.reflected {
             let pdf = facets.pdf * (1.0 - prepared.lost) - prepared.lost * i.z * FRAC_1_PI;
             let pdf = pdf * prepared.transmission;
-            let passed = (1.0 - prepared.boundary.again) * prepared.scale * lost * -i.z;
+            let passed = (1.0 - prepared.returned) * prepared.scale * lost * -i.z;
             let again = thin_wall_transmittance(m, Vec3::ZERO) * passed;
             return BsdfEval { value: thin_wall_transmittance(m, f) * facets.value + again, pdf };
         }
         let again = prepared.again * (lost * i.z);
-        let mut diffuse = m.albedo * (prepared.entered * prepared.boundary.left(cos, lost_of_base) * cos);
+        let mut diffuse = m.albedo * (prepared.base * cos);
         if bsdf.is_mapped {
             diffuse *= bsdf.bump_shadowing(i);
         }

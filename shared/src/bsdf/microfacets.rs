@@ -1,7 +1,6 @@
 //! Microfacet materials (GGX): a facet of the surface is sampled among those that the viewer sees;
 //! each material says what the facet does.
 
-use super::boundary::Boundary;
 use super::{Bsdf, BsdfEval, BsdfSample, ZERO_EVAL, is_layered, of_microfacets, reflect, uses_microfacets};
 use crate::features::{FeatureSet, Features, MICROFACETS, of_material};
 use crate::material::{Material, SINGLE_SCATTERING};
@@ -96,10 +95,10 @@ pub(super) struct Prepared {
     pub cosine: f32,
     /// Probability of the other side of the surface.
     pub transmission: f32,
-    /// Light that enters the base.
-    pub entered: f32,
-    /// Boundary over the base.
-    pub boundary: Boundary,
+    /// Light that a white diffuse base sends to the viewer, per steradian.
+    pub base: f32,
+    /// Part of the light that facets lose which comes out again from the dielectric part.
+    pub returned: f32,
 }
 
 impl Prepared {
@@ -111,8 +110,8 @@ impl Prepared {
         facet: 1.0,
         cosine: 0.0,
         transmission: 0.0,
-        entered: 0.0,
-        boundary: Boundary::NONE,
+        base: 0.0,
+        returned: 0.0,
     };
 }
 

@@ -5,8 +5,8 @@ Camera, light, square and ball are those of models.py; the world has radiance 0.
 nothing is noise. Prints the red of the whole square, and of blocks of 8 x 8 pixels of the ball by row from below and
 column, for three ways to weaken the diffuse part below the boundary:
   half     1 - F(V.H), the formula of the specification, without the light that facets send to others
-  view     1 - E(V), E the albedo of the boundary: what Cycles does
-  both     (1 - E(V)) (1 - E(L)) / (1 - mean of E): what Trisect does"""
+  view     1 - E(V), E the albedo of the boundary: what Cycles and Trisect do
+  both     (1 - E(V)) (1 - E(L)) / (1 - mean of E), which is reciprocal"""
 
 import math
 import sys

@@ -3,8 +3,9 @@
 
 The normal map is that of models.py, read with its 8 bits and its filter. Its normal is taken in two spaces: in the
 world, by the transformed normal, tangent and bitangent, and in the mesh, whose result is transformed. The diffuse part
-below the boundary is weakened in the three ways of integrate.py, and by the bump's shadow (Conty Estevez and others,
-2019), which both renderers have. Prints the red of blocks of 8 x 8 pixels that the ball fills, by row from below and
+below the boundary is weakened in three ways: half, 1 - F(V.H), and 1 - E(V) by the angle to the map's normal and to
+the normal that is bent so that no mirrored ray enters the surface. It is weakened by the bump's shadow, too (Conty
+Estevez and others, 2019), which both renderers have. Prints the red of blocks of 8 x 8 pixels that the ball fills, by row from below and
 column, with those of Cycles (images/) and of Trisect (FOLDER, as compare.py renders them), and how far these are from
 each of the integrals."""
 
@@ -17,7 +18,7 @@ from integrate import RED, Surface, facets
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 EYE = np.array([0, 0, 4.0])
-BLOCKS = ((2, 2), (2, 3), (2, 4), (3, 2), (3, 3), (3, 4), (4, 2), (4, 3), (4, 4), (5, 3), (5, 4))
+BLOCKS = [(row, column) for row in (2, 3, 4, 5) for column in (2, 3, 4, 5) if (row, column) != (4, 5)]
 WAVES, SIZE, SLOPE = 6, 64, 0.6
 
 
@@ -56,11 +57,19 @@ def normals(point, scale):
     return normal, unit(tangent * c[0] + bitangent * c[1] + normal * c[2]), unit(in_mesh / scale)
 
 
+def bent(normal, smooth, viewer):
+    """Returns the normal, bent where the viewer's mirror image would be below 0.6 degrees."""
+    facing, up = 2 * (normal @ viewer), viewer @ smooth
+    lift = min(0.9 * up, 0.01) + up - facing * (normal @ smooth)
+    return unit(normal * facing + smooth * lift) if lift > 0 else normal
+
+
 def red(surface, point, smooth, normal):
     """Returns the red of a point by each way."""
     across = unit(np.cross(normal, [0.1, 1, 0.3]))
     to_local = np.stack([across, np.cross(normal, across), normal])
-    v, up = to_local @ unit(EYE - point), to_local @ smooth
+    viewer = unit(EYE - point)
+    v, up = to_local @ viewer, to_local @ smooth
     v[2] = max(v[2], 1e-3)
     to = surface.places - point
     squares = (to * to).sum(1)
@@ -77,9 +86,8 @@ def red(surface, point, smooth, normal):
         specular, f = facets(v, d, surface.alpha)
         again = surface.lost(v[2]) * surface.lost(d[:, 2]) * surface.back / (np.pi * surface.lost_mean)
         shadow = 2 / (1 + np.sqrt(1 + steepness * np.maximum(1 / np.maximum(d @ up, 1e-3) ** 2 - 1, 0)))
-        entered = 1 - surface.albedo(v[2])
-        left = (1 - surface.albedo(d[:, 2])) / (1 - surface.mean)
-        for way, factor in enumerate((1 - f, entered + 0 * f, entered * left)):
+        of_map, of_bent = (1 - surface.albedo(c) + 0 * f for c in (v[2], bent(normal, smooth, viewer) @ viewer))
+        for way, factor in enumerate((1 - f, of_map, of_bent)):
             total[way] += (w * (RED / np.pi * factor * shadow + specular + (again if way else 0))).sum()
     return total
 
@@ -112,7 +120,7 @@ if __name__ == "__main__":
     surface = Surface(0.5)
     for name, scale in (("ball_stretched", [1, -1.2, 0.8]), ("ball", [1, 1, 1])):
         shown = [image(f"{HERE}/images/{name}.uniform.pfm"), image(f"{sys.argv[1]}/{name}.uniform.trisect.pfm")]
-        print(name, "| world: half, view, both | mesh: half, view, both | Cycles | Trisect")
+        print(name, "| world: half, map, bent | mesh: half, map, bent | Cycles | Trisect")
         rows = []
         for row, column in BLOCKS:
             integrals = block(surface, row, column, np.array(scale, float))
