@@ -64,6 +64,10 @@ pub const AVX2: Features = PERSISTENT;
 /// Wide traversal by AVX-512; as [`AVX2`], with the bit of [`INTERLEAVED`].
 pub const AVX512: Features = INTERLEAVED;
 
+/// With [`NEE`]: a tree of lights, by which each connection chooses. It has the bit of [`COUNTED`],
+/// which no render kernel has: the search of a render kernel drops what it counted.
+pub const LIGHT_TREE: Features = COUNTED;
+
 /// Normals of mesh vertices.
 pub const SMOOTH: Features = 1 << 19;
 
@@ -110,6 +114,7 @@ pub const NEEDS: Features = ROULETTE
     | EMITTERS
     | NEE
     | PUNCTUAL
+    | LIGHT_TREE
     | ENVIRONMENT
     | OF_SURFACES;
 
@@ -142,7 +147,7 @@ pub const HEAVY: Features = PLANAR | TRIANGLES | EMITTERS | NEE | ENVIRONMENT | 
 
 /// Features with their names, as options and statistics have them; those of materials are in
 /// [`bsdf::NAMES`](crate::bsdf::NAMES).
-pub const NAMES: [(Features, &str); 23] = [
+pub const NAMES: [(Features, &str); 24] = [
     (SCHLICK, "schlick"),
     (SOBOL, "sobol"),
     (AOVS, "aovs"),
@@ -155,6 +160,7 @@ pub const NAMES: [(Features, &str); 23] = [
     (EMITTERS, "emitters"),
     (NEE, "nee"),
     (PUNCTUAL, "punctual"),
+    (LIGHT_TREE, "light-tree"),
     (ENVIRONMENT, "environment"),
     (TEXTURES, "textures"),
     (HOLES, "holes"),

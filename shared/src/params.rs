@@ -81,8 +81,8 @@ pub struct RenderParams {
     /// Index, in the array of nodes, of the first instance's
     /// [entry](crate::instance::InstanceEntry).
     pub first_instance_node: u32,
-    /// Unused.
-    pub pad: u32,
+    /// Number of lights that are primitives: the first of all lights, sorted by primitive.
+    pub area_light_count: u32,
 }
 
 impl RenderParams {

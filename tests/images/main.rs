@@ -14,6 +14,7 @@ mod flip;
 mod grown_film;
 mod guides;
 mod layers;
+mod light_tree;
 mod mesh_attributes;
 mod methods;
 mod mitsuba;

@@ -266,6 +266,18 @@ impl Bsdf {
         of_book!(features, m.kind, has_non_delta_lobe(m))
     }
 
+    /// Returns the shading normal of a surface that reflects alone; zero for one that light passes.
+    #[inline(always)]
+    pub(crate) fn reflecting_normal<const POSSIBLE: Features>(&self, features: FeatureSet<POSSIBLE>) -> Vec3 {
+        let m = &self.material;
+        let is_opaque = if is_layered(features, m.kind) {
+            m.transmission <= 0.0 && self.layers.diffuse_transmission <= 0.0
+        } else {
+            m.kind != DIELECTRIC && m.kind != ROUGH_DIELECTRIC && m.transmission <= 0.0
+        };
+        if is_opaque { self.normal } else { Vec3::ZERO }
+    }
+
     #[inline(always)]
     fn local_to_world(&self, v: Vec3) -> Vec3 {
         normalize(self.x * v.x + self.y * v.y + self.normal * v.z)

@@ -1,10 +1,10 @@
 //! Lights that are emitting primitives: spheres, planar shapes and triangles.
 
-use super::{LightSample, NO_LIGHT, ReferencePoint};
+use super::{Light, LightSample, NO_LIGHT, ReferencePoint};
 use crate::attributes::{SurfaceAttributes, TriangleVertices};
 use crate::bsdf::{TexturePoint, load_material, opacity, slots};
 use crate::buffer::load;
-use crate::features::{ATTRIBUTES, FeatureSet, Features, HOLES, TEXTURES};
+use crate::features::{ATTRIBUTES, FeatureSet, Features, HOLES, LIGHT_TREE, TEXTURES};
 use crate::math::{atan2_turns, basis, max, sqrt, unit_circle, unit_f32, unit_sphere};
 use crate::params::RenderParams;
 use crate::planar::Planar;
@@ -26,7 +26,7 @@ fn sphere_cone(sphere: &Sphere, primitive: u32, from: ReferencePoint) -> f32 {
     if sine2 < 1.0 && primitive != from.primitive { sine2 * (1.0 / (1.0 + sqrt(1.0 - sine2))) } else { 0.0 }
 }
 
-/// Samples a point of an emitting primitive.
+/// Samples a point of the emitting primitive of a light.
 ///
 /// # Safety
 ///
@@ -37,11 +37,11 @@ pub(super) unsafe fn sample<const POSSIBLE: Features>(
     features: FeatureSet<POSSIBLE>,
     params: &RenderParams,
     scene: Scene,
-    primitive: u32,
+    light: &Light,
     from: ReferencePoint,
     random: Words,
 ) -> LightSample {
-    let point = from.point;
+    let (point, primitive) = (from.point, light.primitive);
     let (u, v) = (unit_f32(random.x), unit_f32(random.y));
     let (target, normal, material);
     // Direction into the cone of a sphere seen from outside: not derived from the near point, which
@@ -133,27 +133,28 @@ pub(super) unsafe fn sample<const POSSIBLE: Features>(
     if square <= 0.0 || cos == 0.0 || !material.emits(cos > 0.0) {
         return NO_LIGHT;
     }
+    let by_area = if features.has(LIGHT_TREE) { light.intensity.x } else { material.light_pdf };
     LightSample {
         direction,
         t_max: distance * 1.001, // only to skip what lies behind
         primitive,
         radiance: material.emission * opacity(features, &material),
         // SAFETY: the caller's promise.
-        pdf: unsafe { pdf(features, params, scene, primitive, material.light_pdf, from, distance, -cos) },
+        pdf: unsafe { pdf(features, params, scene, primitive, by_area, from, distance, -cos) },
         is_delta: false,
     }
 }
 
-/// Returns the pdf, per steradian at `from`, with which [`super::sample`] chooses the point of
-/// `primitive` at `distance`. `cos` is the cosine of the direction to that point with the normal
-/// there; `light_pdf` is that of its material.
+/// Returns the pdf, per steradian at `from`, of the point of `primitive` at `distance`, which is
+/// chosen with the pdf `light_pdf` by area. `cos` is the cosine of the direction to that point with
+/// the normal there.
 ///
 /// # Safety
 ///
 /// As [`super::sample`].
 #[inline(always)]
 #[allow(clippy::too_many_arguments, unsafe_code, reason = "one place, seen from one point; see buffer")]
-pub unsafe fn pdf<const POSSIBLE: Features>(
+pub(super) unsafe fn pdf<const POSSIBLE: Features>(
     features: FeatureSet<POSSIBLE>,
     params: &RenderParams,
     scene: Scene,

@@ -1,5 +1,5 @@
 //! Light sampling: choosing a point of a light, and the pdf of that choice. Each kind of light is a
-//! file; [`sample`] chooses among them.
+//! file; [`sample`] chooses among them, by an alias table or, of many lights, by a [`tree`].
 //!
 //! [`crate::path`] calls [`sample`] for next-event estimation, and [`pdf`] to weight a light that a
 //! path hits by scattering.
@@ -7,13 +7,12 @@
 mod area;
 mod directional;
 mod point;
-
-pub use area::pdf;
+pub mod tree;
 
 use crate::buffer::load;
 use crate::bvh::NO_PRIMITIVE;
 use crate::environment;
-use crate::features::{EMITTERS, ENVIRONMENT, FeatureSet, Features, PUNCTUAL};
+use crate::features::{EMITTERS, ENVIRONMENT, FeatureSet, Features, LIGHT_TREE, PUNCTUAL};
 use crate::math::{max, mul_high, unit_f32};
 use crate::params::RenderParams;
 pub use crate::records::light::Light;
@@ -59,16 +58,20 @@ pub(crate) const NO_LIGHT: LightSample = LightSample {
     is_delta: true,
 };
 
-/// Point that light is sampled from.
+/// Point that light is sampled from. (Vectors begin rows of 16 bytes: naga lays records out so.)
+#[repr(C, align(16))]
 #[derive(Clone, Copy, Debug)]
 pub struct ReferencePoint {
     /// Position on a surface.
     pub point: Vec3,
     /// Primitive of that surface.
     pub primitive: u32,
+    /// Unit shading normal of a surface that reflects alone, on the viewer's side; zero for one
+    /// that light passes. Only a light tree asks for it.
+    pub normal: Vec3,
 }
 
-/// Samples a light by its power, and a point on it.
+/// Samples a light by its power, or by a light tree, and a point on it.
 ///
 /// `random.x` and `random.y` choose the point, `random.z` and `random.w` the light; `choice`
 /// decides whether the environment map is sampled instead.
@@ -102,18 +105,62 @@ pub unsafe fn sample<const POSSIBLE: Features>(
     if !features.has_any(EMITTERS | PUNCTUAL) || params.light_count == 0 {
         return NO_LIGHT;
     }
-    // SAFETY: the index is below the number of lights, as is each alias.
-    let light = unsafe {
-        let light = load::<Light>(scene.lights, mul_high(random.z, params.light_count));
-        if random.w < light.threshold { light } else { load::<Light>(scene.lights, light.alias) }
-    };
+    let mut light: Light;
+    if features.has(LIGHT_TREE) {
+        // SAFETY: the feature says that there is a tree.
+        let choice = unsafe { tree::choose(params, scene, &from, random) };
+        if choice.light == tree::NO_CHOICE {
+            return NO_LIGHT;
+        }
+        // SAFETY: the tree's indices are in range.
+        light = unsafe { load::<Light>(scene.lights, choice.light) };
+        light.intensity.x *= if light.kind == AREA { choice.probability } else { 1.0 };
+        light.probability *= choice.probability;
+    } else {
+        // SAFETY: the index is below the number of lights, as is each alias.
+        unsafe {
+            light = load::<Light>(scene.lights, mul_high(random.z, params.light_count));
+            if random.w >= light.threshold {
+                light = load::<Light>(scene.lights, light.alias);
+            }
+        }
+    }
     if !features.has(PUNCTUAL) || (features.has(EMITTERS) && light.kind == AREA) {
         // SAFETY: the caller's promise for the light's primitive.
-        unsafe { area::sample(features, params, scene, light.primitive, from, random) }
+        unsafe { area::sample(features, params, scene, &light, from, random) }
     } else if light.kind == DIRECTIONAL {
         directional::sample(&light)
     } else {
         point::sample(&light, from)
+    }
+}
+
+/// Returns the pdf, per steradian at `from`, with which [`sample`] chooses the point of `primitive`
+/// at `distance`. `cos` is the cosine of the direction to that point with the normal there;
+/// `light_pdf` is that of its material.
+///
+/// # Safety
+///
+/// As [`sample`].
+#[inline(always)]
+#[allow(clippy::too_many_arguments, unsafe_code, reason = "one place, seen from one point; see buffer")]
+pub unsafe fn pdf<const POSSIBLE: Features>(
+    features: FeatureSet<POSSIBLE>,
+    params: &RenderParams,
+    scene: Scene,
+    primitive: u32,
+    light_pdf: f32,
+    from: ReferencePoint,
+    distance: f32,
+    cos: f32,
+) -> f32 {
+    let mut by_area = light_pdf;
+    // SAFETY: the caller's promise; the feature says that there is a tree.
+    unsafe {
+        if features.has(LIGHT_TREE) {
+            by_area = tree::area_pdf(params, scene, &from, primitive);
+        }
+        area::pdf(features, params, scene, primitive, by_area, from, distance, cos)
     }
 }
 

@@ -73,6 +73,8 @@ struct Path {
     pdf: f32,
     /// Primitive of the vertex that the path left last.
     vertex_primitive: u32,
+    /// Normal of that vertex, as [`ReferencePoint`](crate::light::ReferencePoint) has it.
+    vertex_normal: Vec3,
     /// Distance from that vertex to the ray's origin; above 0 after surfaces that the path passed.
     skipped_distance: f32,
     /// Absorption of the solid in which the ray is, by channel, per scene unit.
@@ -105,6 +107,7 @@ impl Path {
             passes: 0,
             pdf: 0.0,
             vertex_primitive: NO_PRIMITIVE,
+            vertex_normal: Vec3::ZERO,
             skipped_distance: 0.0,
             absorption: Vec3::ZERO,
             shadow: false,

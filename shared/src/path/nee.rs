@@ -31,6 +31,7 @@ pub(super) unsafe fn weighted_emission<const POSSIBLE: Features>(
         let from = ReferencePoint {
             point: ray.origin - ray.direction * path.skipped_distance,
             primitive: path.vertex_primitive,
+            normal: path.vertex_normal,
         };
         let distance = path.skipped_distance + hit.distance;
         let cos = ray.direction.dot(surface.normal);
@@ -92,7 +93,8 @@ pub(super) unsafe fn sample_direct_light<const POSSIBLE: Features>(
     if features.has(ENVIRONMENT) && features.has_any(EMITTERS | PUNCTUAL) && params.light_count > 0 {
         choice = words(features, path.key, PANORAMA_BLOCK | path.segment).x;
     }
-    let from = ReferencePoint { point: surface.point, primitive: hit.primitive };
+    let normal = bsdf.reflecting_normal(features);
+    let from = ReferencePoint { point: surface.point, primitive: hit.primitive, normal };
     // SAFETY: the caller's promise.
     let light = unsafe { light::sample(features, params, scene, from, random, choice) };
     let outside = light.direction.dot(surface.normal) > 0.0;

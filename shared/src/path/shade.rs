@@ -10,7 +10,9 @@ use crate::bsdf::{Bsdf, BsdfEval, BsdfSample, is_layered, slots};
 use crate::buffer::SharedSlice;
 use crate::bvh::{Hit, NO_PRIMITIVE};
 use crate::environment;
-use crate::features::{AOVS, EMITTERS, ENVIRONMENT, FeatureSet, Features, HOLES, LAYERS, NEE, ROULETTE};
+use crate::features::{
+    AOVS, EMITTERS, ENVIRONMENT, FeatureSet, Features, HOLES, LAYERS, LIGHT_TREE, NEE, ROULETTE,
+};
 use crate::layers::SOLID;
 use crate::light::mis_weight;
 use crate::material::{BLENDED, MASKED};
@@ -195,6 +197,9 @@ impl Path {
                     }
                 }
                 self.scatter(features, params, &vertex, &normals, &scatter, random.w);
+                if features.has(LIGHT_TREE) {
+                    self.vertex_normal = bsdf.reflecting_normal(features);
+                }
                 if is_layered(features, vertex.material.kind)
                     && scatter.transmitted
                     && vertex.layers.flags & SOLID != 0

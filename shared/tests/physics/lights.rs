@@ -126,15 +126,20 @@ fn draw(shape: Shape, from: ReferencePoint, factor: f32, mut each: impl FnMut(&L
 /// found.
 fn solid_angle(name: &str, shape: Shape, point: Vec3, factor: f32) -> Mean {
     let mut mean = Mean::default();
-    draw(shape, ReferencePoint { point, primitive: NO_PRIMITIVE }, factor, |s, again, distance| {
-        let p = point + s.direction * distance;
-        // A few roundings of coordinates, and of a distance some times larger than the light.
-        let rounding = 2e-6 * (1.0 + (p.length() + s.t_max) / (shape.area() as f32).sqrt());
-        let off = shape.distance(p);
-        assert!(off < rounding, "{name}: {p} is off by {off}");
-        assert!((again / s.pdf - 1.0).abs() < 1e-2, "{name}: {again} for {}", s.pdf);
-        mean.add(1.0 / f64::from(s.pdf));
-    });
+    draw(
+        shape,
+        ReferencePoint { point, primitive: NO_PRIMITIVE, normal: Vec3::ZERO },
+        factor,
+        |s, again, distance| {
+            let p = point + s.direction * distance;
+            // A few roundings of coordinates, and of a distance some times larger than the light.
+            let rounding = 2e-6 * (1.0 + (p.length() + s.t_max) / (shape.area() as f32).sqrt());
+            let off = shape.distance(p);
+            assert!(off < rounding, "{name}: {p} is off by {off}");
+            assert!((again / s.pdf - 1.0).abs() < 1e-2, "{name}: {again} for {}", s.pdf);
+            mean.add(1.0 / f64::from(s.pdf));
+        },
+    );
     mean
 }
 
@@ -179,10 +184,15 @@ fn own_surfaces() {
         let (normal, point) =
             sphere.project(sphere.center + trisect_shared::math::unit_sphere(w.x, w.y), Vec3::X);
         let mut sum = 0.0;
-        draw(Shape::Sphere(sphere), ReferencePoint { point, primitive: 0 }, 1.0, |s, _, _| {
-            assert!(s.direction.dot(normal) < 1e-3, "{} leaves the sphere at {normal}", s.direction);
-            sum += 1.0 / f64::from(s.pdf);
-        });
+        draw(
+            Shape::Sphere(sphere),
+            ReferencePoint { point, primitive: 0, normal: Vec3::ZERO },
+            1.0,
+            |s, _, _| {
+                assert!(s.direction.dot(normal) < 1e-3, "{} leaves the sphere at {normal}", s.direction);
+                sum += 1.0 / f64::from(s.pdf);
+            },
+        );
         inward.add(sum / f64::from(samples(200_000)));
     }
     println!("own surface: {inward:?}");

@@ -1,7 +1,8 @@
 //! Probe of next-event estimation: one sample of a light.
 
 use crate::record::{Input, Output, ProbeParams, row, vector, words};
-use trisect_shared::features::{FeatureSet, NEEDS, OF_SURFACES};
+use glam::Vec3;
+use trisect_shared::features::{FeatureSet, LIGHT_TREE, NEEDS, OF_SURFACES};
 use trisect_shared::light::{ReferencePoint, sample};
 use trisect_shared::scene::Scene;
 
@@ -15,11 +16,11 @@ use trisect_shared::scene::Scene;
 #[inline(always)]
 #[allow(unsafe_code, reason = "reads the scene without bounds checks, as the kernels do")]
 pub unsafe fn lights(params: &ProbeParams, scene: Scene, input: Input) -> Output {
-    let from = ReferencePoint { point: vector(input.a), primitive: input.a.w };
+    let from = ReferencePoint { point: vector(input.a), primitive: input.a.w, normal: Vec3::ZERO };
     // SAFETY: the caller guarantees it.
     let light = unsafe {
         sample(
-            FeatureSet::<{ NEEDS & !OF_SURFACES }>::ALL,
+            FeatureSet::<{ NEEDS & !OF_SURFACES & !LIGHT_TREE }>::ALL,
             &params.render,
             scene,
             from,

@@ -5,7 +5,7 @@ use crate::settings::{KernelFeatures, Settings, SettingsError};
 use trisect_device::{Schedule, Traversal};
 use trisect_kernels::{EntryPoint, feature_names, render_kernel};
 use trisect_shared::features::{
-    CHOICES, EMITTERS, ENVIRONMENT, Features, NEE, NEEDS, PADDED_BOXES, PUNCTUAL,
+    CHOICES, EMITTERS, ENVIRONMENT, Features, LIGHT_TREE, NEE, NEEDS, PADDED_BOXES, PUNCTUAL,
 };
 
 /// Returns the kernel for a scene with these features. Where the settings name no traversal or
@@ -43,7 +43,7 @@ pub(super) fn choose(
 fn needed(scene: Features, settings: &Settings) -> Features {
     let has_lights = scene & (EMITTERS | PUNCTUAL | ENVIRONMENT) != 0;
     let nee = if settings.light_sampling && has_lights { NEE } else { 0 };
-    let unused = if settings.light_sampling { 0 } else { PUNCTUAL };
+    let unused = if settings.light_sampling { 0 } else { PUNCTUAL | LIGHT_TREE };
     (scene & !unused) | nee | settings.needed_features()
 }
 

@@ -12,7 +12,7 @@ use trisect_scene::{CameraPose, Scene, SceneError, SharedVec};
 use trisect_shared::attributes::MeshVertex;
 use trisect_shared::bvh::{BvhNode, Child};
 use trisect_shared::camera::Camera;
-use trisect_shared::features::{Features, PADDED_BOXES};
+use trisect_shared::features::{Features, LIGHT_TREE, PADDED_BOXES};
 use trisect_shared::params::{FLAG_HIDDEN_SKY, NO_CLAMP, RenderParams};
 use trisect_shared::tile_entry::NO_TILE_ENTRIES;
 use trisect_shared::triangle::Triangle;
@@ -165,7 +165,8 @@ impl LaunchScene {
 
     /// Returns the features that a kernel needs to render the scene.
     pub fn features(&self) -> Features {
-        self.features | if self.params.padded { PADDED_BOXES } else { 0 }
+        let padded = if self.params.padded { PADDED_BOXES } else { 0 };
+        self.features | padded | if self.params.light_tree { LIGHT_TREE } else { 0 }
     }
 
     fn launch_params(&self, settings: &Settings) -> RenderParams {
@@ -206,7 +207,7 @@ impl LaunchScene {
             first_instance: self.params.first_instance,
             instance_count: self.params.instances,
             first_instance_node: self.params.first_instance_node,
-            pad: 0,
+            area_light_count: self.params.area_lights,
         }
     }
 }

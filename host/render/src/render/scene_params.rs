@@ -19,6 +19,9 @@ pub(super) struct SceneParams {
     pub first_instance: u32,
     pub first_instance_node: u32,
     pub lights: u32,
+    pub area_lights: u32,
+    /// True if the lights have a tree.
+    pub light_tree: bool,
     /// True if the BVH's boxes are padded enough for rays that start at the camera.
     pub padded: bool,
     pub environment_probability: f32,
@@ -39,7 +42,9 @@ impl SceneParams {
             instances: scene.shared.instances.len() as u32,
             first_instance: bvh.first_leaf_of_instances(),
             first_instance_node: bvh.first_instance_node as u32,
-            lights: lights.lights.len() as u32,
+            lights: lights.count,
+            area_lights: lights.area_count,
+            light_tree: lights.has_tree(),
             padded,
             environment_probability: lights.environment_probability,
             environment_size: environment.map_or((0, 0), |e| (e.width, e.height)),

@@ -1,6 +1,12 @@
 //! Light table of a scene: the emitting primitives and the point, spot and directional lights that
-//! next-event estimation chooses from, with probabilities by power. The renderer builds it from the
-//! scene and its BVH, and uploads it with them.
+//! next-event estimation chooses from, with probabilities by power, or with a light tree. The
+//! renderer builds it from the scene, and uploads it with its BVH.
+
+mod bounds;
+mod members;
+#[cfg(test)]
+mod tests;
+mod tree;
 
 use glam::Vec3;
 use std::f64::consts::PI;
@@ -15,8 +21,13 @@ use trisect_shared::planar::{DISC, Planar};
 #[derive(Clone, Debug, Default)]
 pub struct Lights {
     /// Emitting primitives, then point, spot and directional lights, each with its row of the alias
-    /// table; empty if none of them has power.
+    /// table or, if there is a light tree, its pdf; then the nodes of the tree. Empty if no light
+    /// has power.
     pub lights: Vec<Light>,
+    /// Number of lights.
+    pub count: u32,
+    /// Number of lights that are primitives, the first.
+    pub area_count: u32,
     /// Materials of the scene, with `light_pdf` set to the pdf, by area, of a point on an emitting
     /// primitive.
     pub materials: Vec<Material>,
@@ -28,16 +39,26 @@ pub struct Lights {
 /// scene space; any disc as large counts as a plane.
 const PLANE_RADIUS: f32 = 1e11;
 
+/// Number of lights from which on they have a tree: two triangles may be one lamp
+/// (docs/notebook/light-tree.md).
+const FIRST_TREE: u32 = 3;
+
 impl Lights {
-    /// Builds the table for `scene`, Probabilities
-    /// are proportional to power: π × area × luminance of the emitted radiance for primitives, and
-    /// the power sent into the scene for point, spot and directional lights. An environment map
-    /// that is not black has probability 1/2, or 1 if there are no other lights.
+    /// Returns whether there is a light tree.
+    pub fn has_tree(&self) -> bool {
+        self.lights.len() > self.count as usize
+    }
+
+    /// Builds the table for `scene`, with a tree if there are many lights, or one that is infinitely
+    /// far beside one that is not. Otherwise probabilities are proportional to power: π × area ×
+    /// luminance of the emitted radiance for primitives, and the power sent into the scene for
+    /// point, spot and directional lights. An environment map that is not black has probability
+    /// 1/2, or 1 if there are no other lights.
     pub fn new(scene: &Scene) -> Self {
         let emitted = |material: u32| f64::from(scene.materials[material as usize].light_pdf);
         let areas = areas(scene);
         let mut lights = Vec::new();
-        let mut powers = Vec::new();
+        let (mut powers, mut areas_of_lights) = (Vec::new(), Vec::new());
         for (primitive, (area, material)) in areas.enumerate() {
             let power = PI * emitted(material) * area;
             if power > 0.0 {
@@ -46,8 +67,10 @@ impl Lights {
                 light.primitive = primitive as u32;
                 lights.push(light);
                 powers.push(power);
+                areas_of_lights.push(area);
             }
         }
+        let area_count = lights.len() as u32;
         let radius = radius(scene);
         for light in &scene.lights {
             let strength = f64::from(luminance(light.intensity));
@@ -91,7 +114,20 @@ impl Lights {
             material.light_pdf = density as f32;
         }
         append_layers(&mut materials, scene);
-        Self { lights, materials, environment_probability }
+        let count = lights.len() as u32;
+        let area_count = area_count.min(count);
+        let distant = lights.iter().filter(|light| light.kind == DIRECTIONAL).count() as u32;
+        if count >= FIRST_TREE || (1..count).contains(&distant) {
+            let members = members::of(scene, &lights);
+            for light in &mut lights {
+                light.probability = share as f32;
+            }
+            for (light, area) in lights.iter_mut().zip(areas_of_lights) {
+                light.intensity.x = (share / area) as f32;
+            }
+            tree::append(&mut lights, members);
+        }
+        Self { lights, count, area_count, materials, environment_probability }
     }
 }
 
