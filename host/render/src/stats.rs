@@ -7,7 +7,7 @@ pub use ranks::{BLOCK_SHIFT, Balance, ClusterPlan, ClusterReport, DistributionMo
 
 pub use sampling::{FilterTrial, Noise, Sampling, Strategy, Trial};
 
-use crate::denoise::DenoiseSettings;
+use crate::denoise::Denoiser;
 use crate::film::{FilmCounts, Summation};
 use crate::settings::Settings;
 use serde::Serialize;
@@ -84,7 +84,7 @@ pub struct RenderStats {
     /// Result of the sampling goal, if the number of samples was not given.
     pub sampling: Option<Sampling>,
     /// Settings of the denoiser, if the image was denoised.
-    pub denoise: Option<DenoiseSettings>,
+    pub denoise: Option<Denoiser>,
     /// Sum of the denoiser passes' times, by the device's timer.
     pub denoise_seconds: f64,
     /// Times of each rank, if there are several. `device_seconds` is then the sum over them.

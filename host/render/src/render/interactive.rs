@@ -8,8 +8,8 @@ use super::submission_queue::SubmissionQueue;
 use super::{Renderer, Settings};
 use crate::Error;
 use crate::denoise::{
-    self, DenoiseSettings, FrameSums, FrameView, Kernel, TemporalInputs, TemporalSettings, history_passes,
-    passes, reach, store_pass,
+    self, DenoiseError, DenoiseSettings, Denoiser, FrameSums, FrameView, Kernel, TemporalInputs,
+    TemporalSettings, history_passes, passes, reach, store_pass,
 };
 use crate::film::{Film, HostMemory, RowSet, RowTarget};
 use crate::passes::DisplayPass;
@@ -65,22 +65,22 @@ pub(super) struct StartedLive {
 }
 
 impl Renderer {
-    /// Denoises a film of this scene on the device. `settings` are those that rendered it, with
-    /// AOVs. Returns the image and the time of each pass.
+    /// Denoises a film of this scene: with a filter on the device. `settings` are those that rendered
+    /// it, with AOVs. Returns the image and the time of each pass.
     ///
     /// # Errors
     ///
-    /// [`Error::Denoise`] for parameters out of range or a film without AOV totals, and the errors
-    /// of [`render`](Self::render).
+    /// [`Error::Denoise`] for parameters out of range, a film without AOV totals or a missing library,
+    /// and the errors of [`render`](Self::render).
     pub fn denoise(
         &mut self,
         film: &Film,
         settings: &Settings,
-        denoise: &DenoiseSettings,
+        denoise: impl Into<Denoiser>,
     ) -> Result<(Image, Vec<Duration>), Error> {
         denoise::check_has_aovs(film)?;
         let settings = Settings { width: film.width, height: film.height, ..settings.clone() };
-        self.denoise_sums(&|sums, guides| denoise::sums(film, sums, guides), &settings, denoise)
+        self.denoise_sums(&|sums, guides| denoise::sums(film, sums, guides), &settings, &denoise.into())
     }
 
     /// Denoises sums and AOV sums of an image of the settings' size. `fill` writes a record of each
@@ -93,19 +93,27 @@ impl Renderer {
         &mut self,
         fill: &dyn Fn(&mut [PixelSums], &mut [AovSums]),
         settings: &Settings,
-        denoise: &DenoiseSettings,
+        denoise: &Denoiser,
     ) -> Result<(Image, Vec<Duration>), Error> {
         denoise.check()?;
         let settings = Settings { guides: true, ..settings.clone() };
         // The memory was checked before the film was rendered, and much of what is held now was
         // counted then.
-        self.make_film(&settings)?;
+        if let Denoiser::Filter(_) = denoise {
+            self.make_film(&settings)?;
+        }
         let count = settings.pixels() as usize;
         self.pipeline.current.resize(self.uploaded.device_mut(), count, true);
         let ChunkSums { pixels, aovs } = &mut self.pipeline.current;
         fill(pixels, aovs);
-        self.uploaded.write_film(pixels, aovs)?;
         let (width, height) = (settings.width, settings.height);
+        let denoise = match denoise {
+            Denoiser::Filter(denoise) => denoise,
+            Denoiser::Oidn => {
+                return Ok(denoise::oidn::denoise(pixels, aovs, (width, height)).map_err(DenoiseError::Oidn)?);
+            }
+        };
+        self.uploaded.write_film(pixels, aovs)?;
         let image = FrameView::by(&self.camera(&settings), self.scene.middle(), width, height);
         let passes = passes(Some(denoise), &image, &TemporalInputs::none(&image), &(0..height));
         let times = self.uploaded.denoise(&passes)?;

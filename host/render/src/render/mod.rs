@@ -156,7 +156,7 @@ impl Renderer {
     /// # Errors
     ///
     /// [`Error::Settings`] for sizes out of range or beyond memory, [`Error::Denoise`] for a filter
-    /// whose parameters are, [`Error::Backend`] if the device fails.
+    /// whose parameters are or a library that is missing, [`Error::Backend`] if the device fails.
     pub fn render(&mut self, settings: &Settings) -> Result<Frame, Error> {
         self.render_observed(settings, &mut ())
     }
