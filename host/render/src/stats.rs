@@ -85,8 +85,10 @@ pub struct RenderStats {
     pub sampling: Option<Sampling>,
     /// Settings of the denoiser, if the image was denoised.
     pub denoise: Option<Denoiser>,
-    /// Sum of the denoiser passes' times, by the device's timer.
+    /// Sum of the denoiser passes' times, by the device's timer; by wall clock for a library.
     pub denoise_seconds: f64,
+    /// Library that denoised the image, with its version and its device; `None` without one.
+    pub denoise_library: Option<String>,
     /// Times of each rank, if there are several. `device_seconds` is then the sum over them.
     pub cluster: Option<ClusterReport>,
     /// Exposure in stops by which the image file is brighter than the rendered radiance.
@@ -134,6 +136,7 @@ impl RenderStats {
             sampling: None,
             denoise: None,
             denoise_seconds: 0.0,
+            denoise_library: None,
             cluster: None,
             exposure: 0.0,
             submissions: 0,

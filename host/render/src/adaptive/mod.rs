@@ -263,6 +263,7 @@ fn sampled(
     stats.finish(film.counts(), Duration::from_secs_f64(sampling.seconds), Duration::ZERO, Duration::ZERO);
     if let Some((denoise, seconds)) = filtered {
         (stats.denoise, stats.denoise_seconds) = (Some(denoise), seconds);
+        stats.denoise_library = denoise.library();
     }
     stats.sampling = Some(sampling);
     Ok(Sampled { film, image, stats })

@@ -26,6 +26,14 @@ impl Denoiser {
         }
     }
 
+    /// Returns version and device of the library that denoises; `None` for a filter.
+    pub fn library(&self) -> Option<String> {
+        match self {
+            Self::Filter(_) => None,
+            Self::Oidn => oidn::describe().ok(),
+        }
+    }
+
     /// Returns the name, as on the command line.
     pub fn name(&self) -> &'static str {
         match self {

@@ -9,6 +9,7 @@ mod chunk;
 mod chunk_buffers;
 mod chunk_pipeline;
 mod chunk_sum;
+mod denoise;
 mod fallback;
 mod film_observer;
 mod film_state;

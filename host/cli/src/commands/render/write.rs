@@ -56,6 +56,7 @@ pub fn finish(
         };
         stats.denoise_seconds = passes.iter().map(Duration::as_secs_f64).sum();
         stats.denoise = Some(*denoise);
+        stats.denoise_library = denoise.library();
         image = Some(denoised);
     }
     write_outputs(arguments, session, drawn, stats, image)

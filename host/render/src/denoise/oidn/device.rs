@@ -13,10 +13,22 @@ const CPU: c_int = 1;
 /// Names of the types of devices, from [`DEFAULT`] on.
 const TYPES: [&str; 6] = ["default", "CPU", "SYCL", "CUDA", "HIP", "Metal"];
 
+/// Least time that a filter takes; version 2.3 has it, and older ones refuse it.
+const FAST: c_int = 4;
+
 /// Format of pixels of three `f32`.
 const FLOAT3: c_int = 3;
 /// Bytes of a pixel.
 const PIXEL: usize = size_of::<[f32; 3]>();
+
+/// Kind of image that a filter denoises.
+#[derive(Clone, Copy)]
+pub(super) enum Mode {
+    /// Albedo or normal by itself, in the least time.
+    Feature,
+    /// Radiance of any range, by features without noise.
+    Radiance,
+}
 
 /// Device that runs filters.
 pub(super) struct Device<'lib> {
@@ -30,8 +42,8 @@ pub(super) struct Device<'lib> {
 
 impl<'lib> Device<'lib> {
     /// Opens the device that the library considers the fastest. One that runs on the processor has
-    /// `threads` threads.
-    pub fn open(library: &'lib Library, threads: usize) -> Result<Self, OidnError> {
+    /// `threads` threads, or by default as many as the library chooses.
+    pub fn open(library: &'lib Library, threads: Option<usize>) -> Result<Self, OidnError> {
         let action = "opening a device";
         // SAFETY: the type is one of the library's.
         let handle = unsafe { (library.functions.new_device)(DEFAULT) };
@@ -49,7 +61,7 @@ impl<'lib> Device<'lib> {
         let kind = device.int(c"type");
         device.kind =
             usize::try_from(kind).ok().and_then(|kind| TYPES.get(kind)).copied().unwrap_or("device");
-        if kind == CPU {
+        if let (CPU, Some(threads)) = (kind, threads) {
             let threads = c_int::try_from(threads).unwrap_or(c_int::MAX);
             // SAFETY: the device is open, and the name ends with a zero.
             unsafe { (library.functions.set_device_int)(handle, c"numThreads".as_ptr(), threads) };
@@ -103,17 +115,15 @@ impl<'lib> Device<'lib> {
         self.check(action)
     }
 
-    /// Runs a filter for path-traced images over images of one size, of which "output" is written,
-    /// with switches that are on.
+    /// Runs a filter for path-traced images over images of one size, of which "output" is written.
     pub fn run(
         &self,
         action: &'static str,
         images: &[(&CStr, &Buffer)],
-        (width, height): (u32, u32),
-        switches: &[&CStr],
+        [width, height]: [usize; 2],
+        mode: Mode,
     ) -> Result<(), OidnError> {
         let functions = &self.library.functions;
-        let (width, height) = (width as usize, height as usize);
         if images.iter().any(|(_, buffer)| Some(buffer.pixels) != width.checked_mul(height)) {
             return Err(OidnError::Failed { action, message: "an image is of another size".to_owned() });
         }
@@ -141,9 +151,18 @@ impl<'lib> Device<'lib> {
                 );
             }
         }
-        for name in switches {
-            // SAFETY: the filter exists, and the name ends with a zero.
-            unsafe { (functions.set_filter_bool)(filter.handle, name.as_ptr(), true) };
+        match mode {
+            Mode::Feature if self.version >= [2, 3, 0] => {
+                // SAFETY: the filter exists, and the name ends with a zero.
+                unsafe { (functions.set_filter_int)(filter.handle, c"quality".as_ptr(), FAST) };
+            }
+            Mode::Feature => {}
+            Mode::Radiance => {
+                for name in [c"hdr", c"cleanAux"] {
+                    // SAFETY: the filter exists, and the name ends with a zero.
+                    unsafe { (functions.set_filter_bool)(filter.handle, name.as_ptr(), true) };
+                }
+            }
         }
         // SAFETY: the filter exists.
         unsafe { (functions.commit_filter)(filter.handle) };

@@ -6,11 +6,11 @@ use thiserror::Error;
 /// Error of Open Image Denoise.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum OidnError {
-    /// The library is not on this machine, or not where the variable says.
+    /// The library is not on this machine, not where the variable says, or refused by the loader.
     #[error(
-        "Open Image Denoise was not found: {searched}\n  install version 2 (openimagedenoise.org; `pip install \
-         pyoidn`; a package of the system), and set {VARIABLE} to its library file or folder if the loader does not \
-         find it; `denoise` svgf needs nothing"
+        "Open Image Denoise cannot be loaded: {searched}\n  install version 2 (openimagedenoise.org; `pip install \
+         pyoidn`; a package of the system); set {VARIABLE} to its file or folder where the loader does not find it; \
+         `denoise` svgf needs nothing"
     )]
     NotFound {
         /// Places that were searched, with the loader's messages.

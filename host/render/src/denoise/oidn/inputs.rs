@@ -77,3 +77,49 @@ fn normal(aovs: &AovSums) -> [f32; 3] {
     let mean = (aovs.normal / (aovs.hits + aovs.misses) as f32).to_array();
     if is_finite(&mean) { mean.map(|value| value.clamp(-1.0, 1.0)) } else { [0.0; 3] }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bytemuck::Zeroable;
+    use glam::Vec3;
+
+    /// Sums of one sample.
+    fn sums(radiance: f32) -> PixelSums {
+        PixelSums { radiance: Vec3::splat(radiance), samples: 1, ..Zeroable::zeroed() }
+    }
+
+    #[test]
+    fn pixels_without_light_get_that_of_the_nearest() {
+        let width = 40;
+        let mut all = vec![sums(f32::NAN); 2 * width];
+        all[0] = sums(1.0);
+        all[width] = sums(3.0);
+        all[3] = PixelSums { samples: 0, ..sums(0.0) };
+        let inputs = Inputs::new(width, &all, &vec![AovSums::ZERO; all.len()]);
+        assert_eq!((inputs.color[0], inputs.color[width]), ([1.0; 3], [3.0; 3]));
+        let reached = (1..=REACH).flat_map(|x| [x, width + x]);
+        assert!(reached.into_iter().all(|pixel| inputs.color[pixel] == [2.0; 3]));
+        assert_eq!(inputs.lost.len(), 2 * (width - REACH - 1));
+        assert!(inputs.lost.iter().all(|&pixel| inputs.color[pixel] == [0.0; 3]));
+        assert!(inputs.albedo.iter().chain(&inputs.normal).all(|of| *of == [0.0; 3]));
+    }
+
+    #[test]
+    fn features_are_in_their_ranges() {
+        let of = |albedo: f32, emission: f32, normal: f32| AovSums {
+            hits: 1,
+            misses: 1,
+            albedo: Vec3::splat(albedo),
+            emission: Vec3::splat(emission),
+            normal: Vec3::splat(normal),
+            ..AovSums::ZERO
+        };
+        assert_eq!((albedo(&of(1.0, 0.0, 0.0)), normal(&of(0.0, 0.0, -1.0))), ([0.5; 3], [-0.5; 3]));
+        assert_eq!(albedo(&of(1.0, 99.0, 0.0)), [1.0; 3]);
+        assert_eq!(albedo(&of(0.0, f32::INFINITY, 0.0)), [1.0; 3]);
+        assert_eq!(albedo(&of(f32::NAN, 0.0, 0.0)), [0.0; 3]);
+        assert_eq!(normal(&of(0.0, 0.0, f32::NAN)), [0.0; 3]);
+        assert_eq!(normal(&of(0.0, 0.0, 9.0)), [1.0; 3]);
+    }
+}

@@ -65,6 +65,7 @@ functions! {
     release_filter = "oidnReleaseFilter": fn(Handle);
     set_filter_image = "oidnSetFilterImage":
         fn(Handle, *const c_char, Handle, c_int, usize, usize, usize, usize, usize);
+    set_filter_int = "oidnSetFilterInt": fn(Handle, *const c_char, c_int);
     set_filter_bool = "oidnSetFilterBool": fn(Handle, *const c_char, bool);
     commit_filter = "oidnCommitFilter": fn(Handle);
     execute_filter = "oidnExecuteFilter": fn(Handle);
@@ -123,7 +124,6 @@ impl Library {
             // SAFETY: the initialisers are those of the library that the user or the system installed.
             match unsafe { Loaded::new(&file) } {
                 Ok(loaded) => return Self::of(loaded, file.display().to_string()),
-                // The loader's message is the source where libloading adds one of its own.
                 Err(error) => refused.push(describe(&file, &error)),
             }
         }
@@ -164,16 +164,10 @@ impl Library {
     }
 }
 
-/// Returns why the loader refused a file, in one line.
+/// Returns why the loader refused a file, in one line. On some systems the loader's message is the
+/// source of the error.
 fn describe(file: &Path, error: &libloading::Error) -> String {
     let name = file.display().to_string();
-    let mut text = error.to_string();
-    let mut source = std::error::Error::source(error);
-    while let Some(inner) = source {
-        if !text.contains(&inner.to_string()) {
-            text += &format!(": {inner}");
-        }
-        source = inner.source();
-    }
+    let text = std::error::Error::source(error).map_or_else(|| error.to_string(), ToString::to_string);
     if text.contains(&name) { text } else { format!("{name}: {text}") }
 }

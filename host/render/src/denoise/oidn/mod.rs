@@ -11,12 +11,15 @@ mod device;
 mod error;
 mod inputs;
 mod library;
+mod margin;
 
 pub use error::OidnError;
 
-use device::Device;
+use device::{Device, Mode};
 use inputs::Inputs;
 use library::Library;
+use margin::Margin;
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 use trisect_image::Image;
 use trisect_shared::aovs::AovSums;
@@ -40,10 +43,24 @@ pub fn check() -> Result<(), OidnError> {
 ///
 /// Those of [`check`], and [`OidnError::Failed`] if there is no device.
 pub fn describe() -> Result<String, OidnError> {
-    let library = Library::shared()?;
-    let device = Device::open(library, rayon::current_num_threads())?;
-    let [major, minor, patch] = device.version;
-    Ok(format!("Open Image Denoise {major}.{minor}.{patch} on {} ({})", device.kind, library.path))
+    match DESCRIPTION.get() {
+        Some(known) => Ok(known.clone()),
+        None => open(Library::shared()?, None).map(|(_, description)| description.clone()),
+    }
+}
+
+/// Description of the library with its device, once it was opened.
+static DESCRIPTION: OnceLock<String> = OnceLock::new();
+
+/// Opens the library's device, with a number of threads or the library's own, and describes both.
+fn open(library: &Library, threads: Option<usize>) -> Result<(Device<'_>, &'static String), OidnError> {
+    let device = Device::open(library, threads)?;
+    let describe = || {
+        let [major, minor, patch] = device.version;
+        format!("Open Image Denoise {major}.{minor}.{patch} on {} ({})", device.kind, library.path)
+    };
+    let description = DESCRIPTION.get_or_init(describe);
+    Ok((device, description))
 }
 
 /// Denoises sums and AOV sums of an image of `width` by `height` pixels, which have a record for
@@ -54,33 +71,27 @@ pub(crate) fn denoise(
     aovs: &[AovSums],
     (width, height): (u32, u32),
 ) -> Result<(Image, Vec<Duration>), OidnError> {
-    denoise_by(Library::shared()?, sums, aovs, (width, height))
-}
-
-fn denoise_by(
-    library: &Library,
-    sums: &[PixelSums],
-    aovs: &[AovSums],
-    size: (u32, u32),
-) -> Result<(Image, Vec<Duration>), OidnError> {
-    let device = Device::open(library, rayon::current_num_threads())?;
-    let Inputs { color: mut pixels, albedo, normal, lost } = Inputs::new(size.0 as usize, sums, aovs);
+    let (device, _) = open(Library::shared()?, Some(rayon::current_num_threads()))?;
+    let Inputs { color, albedo, normal, lost } = Inputs::new(width as usize, sums, aovs);
+    let margin = Margin::of(width, height);
+    let mut pixels = margin.add(&color);
     let color = device.upload(&pixels)?;
-    let albedo = device.upload(&albedo)?;
-    let normal = device.upload(&normal)?;
+    let albedo = device.upload(&margin.add(&albedo))?;
+    let normal = device.upload(&margin.add(&normal))?;
     let mut times = Vec::new();
-    let mut run = |action, images: &[_], switches: &[_]| {
+    let mut run = |action, images: &[_], mode| {
         let start = Instant::now();
-        let result = device.run(action, images, size, switches);
+        let result = device.run(action, images, margin.outer(), mode);
         times.push(start.elapsed());
         result
     };
     // Each filter writes its result over its input.
-    run("denoising the albedo", &[(c"albedo", &albedo), (c"output", &albedo)], &[])?;
-    run("denoising the normal", &[(c"normal", &normal), (c"output", &normal)], &[])?;
+    run("denoising the albedo", &[(c"albedo", &albedo), (c"output", &albedo)], Mode::Feature)?;
+    run("denoising the normal", &[(c"normal", &normal), (c"output", &normal)], Mode::Feature)?;
     let images = [(c"color", &color), (c"albedo", &albedo), (c"normal", &normal), (c"output", &color)];
-    run("denoising the radiance", &images, &[c"hdr", c"cleanAux"])?;
+    run("denoising the radiance", &images, Mode::Radiance)?;
     device.download(&color, &mut pixels)?;
+    let mut pixels = margin.remove(&pixels);
     lost.into_iter().for_each(|pixel| pixels[pixel] = [f32::NAN; 3]);
-    Ok((Image { width: size.0, height: size.1, pixels }, times))
+    Ok((Image { width, height, pixels }, times))
 }
