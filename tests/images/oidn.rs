@@ -47,7 +47,7 @@ fn noise_falls() {
     for name in ["cornell_box.ron", "rtiow_final.ron"] {
         let scene = scene(name);
         let mut renderer = cpu(&scene);
-        let settings = Settings::of(&scene).size(160, 120);
+        let settings = Settings::of(&scene).size(128, 96);
         let settings = Settings { depth: 8, ..settings };
         let exact = Settings { sampler: Sampler::Sobol, ..settings.clone() }.spp(1024).seed(9);
         let exact = renderer.render(&exact).unwrap().image();

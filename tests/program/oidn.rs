@@ -157,7 +157,7 @@ fn the_library_is_called_as_it_expects() {
     }
 }
 
-/// What Open Image Denoise cannot do is refused, with what can.
+/// Live frames and parameters of the filters are refused, with what works.
 #[test]
 fn frames_and_parameters_are_refused() {
     let words = ["--denoise oidn is for finished images", "svgf"];

@@ -71,8 +71,8 @@ pub struct Settings {
     pub hidden_sky: bool,
     /// Features of the kernel, to measure what they cost.
     pub features: KernelFeatures,
-    /// Denoiser that [`Renderer::render`](crate::render::Renderer::render) runs over the film, which
-    /// stays as it is, and has AOVs then. Other functions have the denoiser as an argument.
+    /// Denoiser that [`Renderer::render`](crate::render::Renderer::render) runs over the film. The
+    /// film stays as it is, and has AOVs then. Other functions have the denoiser as an argument.
     #[serde(skip)]
     pub denoise: Option<Denoiser>,
 }

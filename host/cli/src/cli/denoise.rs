@@ -49,8 +49,8 @@ pub enum DenoiseArg {
 }
 
 impl DenoiseArgs {
-    /// Returns the denoiser with its parameters, which are checked, or `None` without one. Whether a
-    /// library is available is checked by [`Denoiser::check`].
+    /// Returns the denoiser with its parameters, which are checked, or `None` without one.
+    /// [`Denoiser::check`] tells whether its library is available.
     ///
     /// # Errors
     ///
@@ -63,8 +63,8 @@ impl DenoiseArgs {
     ///
     /// # Errors
     ///
-    /// Those of [`denoise`](Self::denoise), and [`DenoiseError::NotLive`] for a denoiser of finished
-    /// images.
+    /// The errors of [`denoise`](Self::denoise), and [`DenoiseError::NotLive`] for a denoiser of
+    /// finished images.
     pub fn live_filter(&self, default: DenoiseArg) -> Result<Option<DenoiseSettings>, DenoiseError> {
         match self.denoise_or(default)? {
             None => Ok(None),

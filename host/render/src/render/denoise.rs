@@ -12,13 +12,14 @@ use trisect_shared::denoise::FilteredPixel;
 use trisect_shared::film::PixelSums;
 
 impl Renderer {
-    /// Denoises a film of this scene, with a filter on the device or by Open Image Denoise. `settings`
-    /// are those that rendered it, with AOVs. Returns the image and the time of each pass.
+    /// Denoises a film of this scene, with a filter on the device or by Open Image Denoise.
+    /// `settings` are those that rendered it, with AOVs. Returns the image and the time of each
+    /// pass.
     ///
     /// # Errors
     ///
-    /// [`Error::Denoise`] for parameters out of range, a film without AOV totals or a missing library,
-    /// and the errors of [`render`](Self::render).
+    /// [`Error::Denoise`] for parameters out of range, a film without AOV totals or a missing
+    /// library, and the errors of [`render`](Self::render).
     pub fn denoise(
         &mut self,
         film: &Film,

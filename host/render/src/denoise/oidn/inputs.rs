@@ -21,7 +21,7 @@ pub(super) struct Inputs {
 }
 
 impl Inputs {
-    /// Returns the images of sums that have a record for each pixel of an image `width` pixels wide.
+    /// Makes the images of sums that have a record for each pixel of an image `width` pixels wide.
     pub fn new(width: usize, sums: &[PixelSums], aovs: &[AovSums]) -> Self {
         let rows = sums.par_iter().with_min_len(TASK);
         let mut color: Vec<[f32; 3]> =

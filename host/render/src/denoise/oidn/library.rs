@@ -82,8 +82,8 @@ pub(super) struct Library {
 }
 
 impl Library {
-    /// Returns the library that [`VARIABLE`] names, or else the one that the loader finds. The first
-    /// call that finds it decides for the whole process.
+    /// Returns the library that [`VARIABLE`] names, or else the one that the loader finds. The
+    /// first call that finds it decides for the whole process.
     pub fn shared() -> Result<&'static Self, OidnError> {
         static SHARED: OnceLock<Library> = OnceLock::new();
         match SHARED.get() {
@@ -121,7 +121,7 @@ impl Library {
     fn first_of(files: impl IntoIterator<Item = PathBuf>) -> Result<Self, OidnError> {
         let mut refused = Vec::new();
         for file in files {
-            // SAFETY: the initialisers are those of the library that the user or the system installed.
+            // SAFETY: its initialisers are those of a library that user or system installed.
             match unsafe { Loaded::new(&file) } {
                 Ok(loaded) => return Self::of(loaded, file.display().to_string()),
                 Err(error) => refused.push(describe(&file, &error)),
