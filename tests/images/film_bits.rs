@@ -89,7 +89,7 @@ fn results(renderer: &mut Renderer, settings: &Settings) -> Vec<(&'static str, u
         ("film by Sobol", film_crc(&film(renderer, &sobol))),
     ];
     for (name, filter) in [("à-trous", Filter::Atrous), ("SVGF", Filter::Svgf)] {
-        let (image, _) = renderer.denoise(&with_aovs, &guides, &DenoiseSettings::new(filter)).unwrap();
+        let (image, _) = renderer.denoise(&with_aovs, &guides, DenoiseSettings::new(filter)).unwrap();
         results.push((name, image_crc(&image)));
     }
     results.push(("live frames", live_crc(renderer, settings, TemporalSettings::DEFAULT.frames, 4, &[2])));

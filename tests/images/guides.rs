@@ -154,7 +154,7 @@ fn a_live_frame_is_the_same(subject: BackendUnderTest) {
     let settings = settings(&scene, Sampler::Independent, 3);
     let denoise = DenoiseSettings::new(Filter::Svgf);
     let film = film(&mut renderer, &settings);
-    let want = renderer.denoise(&film, &settings, &denoise).unwrap().0;
+    let want = renderer.denoise(&film, &settings, denoise).unwrap().0;
     for samples_a_submission in [None, Some(700)] {
         renderer.limit_submissions(samples_a_submission);
         for _ in 0..2 {

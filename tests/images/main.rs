@@ -19,6 +19,7 @@ mod mesh_attributes;
 mod methods;
 mod mitsuba;
 mod motion;
+mod oidn;
 mod parallel;
 mod sampling;
 mod scenes;

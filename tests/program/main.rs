@@ -12,6 +12,7 @@ mod killed;
 mod lost_context;
 mod models;
 mod motion;
+mod oidn;
 mod resources;
 mod shell;
 mod surroundings;

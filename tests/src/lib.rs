@@ -17,6 +17,7 @@ pub mod fault_injecting_backend;
 pub mod hosts;
 pub mod models;
 pub mod mpi;
+pub mod oidn;
 pub mod probe;
 pub mod program;
 pub mod renders;

@@ -237,7 +237,7 @@ fn t40_error_by_samples(subject: BackendUnderTest) {
         for &samples in spp {
             let settings = Settings { samples, ..size.clone() };
             let film = renderer.render(&settings).unwrap().film;
-            let image = renderer.denoise(&film, &settings, &denoise).unwrap().0;
+            let image = renderer.denoise(&film, &settings, denoise).unwrap().0;
             let gain = error(&film.image()) / error(&image);
             if samples == 1 {
                 gain_at_1 = gain;
@@ -258,7 +258,7 @@ fn t40_error_by_samples(subject: BackendUnderTest) {
     let settings = Settings { samples: 1, ..size };
     let film = renderer.render(&settings).unwrap().film;
     let shut = DenoiseSettings { color: 0.0, ..FILTERS[0] };
-    let image = renderer.denoise(&film, &settings, &shut).unwrap().0;
+    let image = renderer.denoise(&film, &settings, shut).unwrap().0;
     let gain = error(&film.image()) / error(&image);
     assert!((gain - 1.0).abs() < 1e-3, "a closed filter gains {gain}");
     report(40, subject, Outcome::Passed, figures.join("; "));

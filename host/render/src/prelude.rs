@@ -4,8 +4,8 @@
 //! is [`device::Device`](crate::device::Device).
 
 pub use crate::Error;
-pub use crate::denoise::DenoiseSettings;
 pub use crate::denoise::Filter::{self, Atrous, Svgf};
+pub use crate::denoise::{DenoiseSettings, Denoiser};
 pub use crate::device::{Choice, Selection as Device};
 pub use crate::film::Film;
 pub use crate::image::Image;

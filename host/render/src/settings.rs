@@ -6,7 +6,7 @@ mod kernel_features;
 pub use error::SettingsError;
 pub use kernel_features::KernelFeatures;
 
-use crate::denoise::DenoiseSettings;
+use crate::denoise::Denoiser;
 use crate::film::{Film, RowSet, SampleBlock, Summation};
 use serde::Serialize;
 use std::ops::{Range, RangeInclusive};
@@ -71,10 +71,10 @@ pub struct Settings {
     pub hidden_sky: bool,
     /// Features of the kernel, to measure what they cost.
     pub features: KernelFeatures,
-    /// Filter that [`Renderer::render`](crate::render::Renderer::render) runs over the film, which
-    /// stays as it is, and has AOVs then. Other functions have the filter as an argument.
+    /// Denoiser that [`Renderer::render`](crate::render::Renderer::render) runs over the film. The
+    /// film stays as it is, and has AOVs then. Other functions have the denoiser as an argument.
     #[serde(skip)]
-    pub denoise: Option<DenoiseSettings>,
+    pub denoise: Option<Denoiser>,
 }
 
 /// Source of random numbers.
@@ -146,10 +146,10 @@ impl Settings {
         Self { seed, ..self }
     }
 
-    /// Returns these settings with a filter, and with the AOVs that it needs.
+    /// Returns these settings with a denoiser, and with the AOVs that it needs.
     #[must_use]
-    pub fn denoise(self, filter: impl Into<DenoiseSettings>) -> Self {
-        Self { denoise: Some(filter.into()), guides: true, ..self }
+    pub fn denoise(self, denoiser: impl Into<Denoiser>) -> Self {
+        Self { denoise: Some(denoiser.into()), guides: true, ..self }
     }
 
     /// Returns the part of the settings that a scene can state.

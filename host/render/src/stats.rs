@@ -7,7 +7,7 @@ pub use ranks::{BLOCK_SHIFT, Balance, ClusterPlan, ClusterReport, DistributionMo
 
 pub use sampling::{FilterTrial, Noise, Sampling, Strategy, Trial};
 
-use crate::denoise::DenoiseSettings;
+use crate::denoise::Denoiser;
 use crate::film::{FilmCounts, Summation};
 use crate::settings::Settings;
 use serde::Serialize;
@@ -84,9 +84,11 @@ pub struct RenderStats {
     /// Result of the sampling goal, if the number of samples was not given.
     pub sampling: Option<Sampling>,
     /// Settings of the denoiser, if the image was denoised.
-    pub denoise: Option<DenoiseSettings>,
-    /// Sum of the denoiser passes' times, by the device's timer.
+    pub denoise: Option<Denoiser>,
+    /// Sum of the denoiser passes' times, by the device's timer; by wall clock for a library.
     pub denoise_seconds: f64,
+    /// Library that denoised the image, with its version and its device; `None` without one.
+    pub denoise_library: Option<String>,
     /// Times of each rank, if there are several. `device_seconds` is then the sum over them.
     pub cluster: Option<ClusterReport>,
     /// Exposure in stops by which the image file is brighter than the rendered radiance.
@@ -134,6 +136,7 @@ impl RenderStats {
             sampling: None,
             denoise: None,
             denoise_seconds: 0.0,
+            denoise_library: None,
             cluster: None,
             exposure: 0.0,
             submissions: 0,

@@ -41,6 +41,7 @@ fn has(need: &str) -> bool {
     };
     match need {
         "cuda" => backend("cuda"),
+        "oidn" => trisect_tests::oidn::available(),
         "gpu" => backend("cuda") || backend("wgpu"),
         tool => {
             Command::new("sh").args(["-c", &format!("command -v {tool}")]).output().unwrap().status.success()

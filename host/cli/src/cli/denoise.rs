@@ -1,7 +1,7 @@
 //! `--denoise` and the options of its filter.
 
 use clap::{Args, ValueEnum};
-use trisect::denoise::{DenoiseError, DenoiseSettings, Filter};
+use trisect::denoise::{DenoiseError, DenoiseSettings, Denoiser, Filter};
 
 /// Filter of the image and its parameters.
 #[derive(Clone, Debug, Args)]
@@ -43,28 +43,46 @@ pub enum DenoiseArg {
     Atrous,
     /// Edge-avoiding à-trous wavelet transform; noise is judged by the variance of each pixel.
     Svgf,
+    /// Open Image Denoise 2, a library that must be installed (docs/how-to/denoise.md); not for
+    /// view.
+    Oidn,
 }
 
 impl DenoiseArgs {
-    /// Returns the checked settings of the filter, or `None` without a filter.
-    pub fn denoise(&self) -> Result<Option<DenoiseSettings>, DenoiseError> {
+    /// Returns the denoiser with its parameters, which are checked, or `None` without one.
+    /// [`Denoiser::check`] tells whether its library is available.
+    ///
+    /// # Errors
+    ///
+    /// [`DenoiseError`] names the parameter that is out of range, or has no filter.
+    pub fn denoise(&self) -> Result<Option<Denoiser>, DenoiseError> {
         self.denoise_or(DenoiseArg::Off)
     }
 
-    /// Returns the checked settings of the filter, which is `default` if none is given.
-    pub fn denoise_or(&self, default: DenoiseArg) -> Result<Option<DenoiseSettings>, DenoiseError> {
+    /// Returns the filter of live frames, which is `default` if none is given.
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`denoise`](Self::denoise), and [`DenoiseError::NotLive`] for a denoiser of
+    /// finished images.
+    pub fn live_filter(&self, default: DenoiseArg) -> Result<Option<DenoiseSettings>, DenoiseError> {
+        match self.denoise_or(default)? {
+            None => Ok(None),
+            Some(Denoiser::Filter(filter)) => Ok(Some(filter)),
+            Some(other @ Denoiser::Oidn) => Err(DenoiseError::NotLive { name: other.name() }),
+        }
+    }
+
+    /// Returns the denoiser, which is `default` if none is given.
+    fn denoise_or(&self, default: DenoiseArg) -> Result<Option<Denoiser>, DenoiseError> {
         let filter = match self.denoise.unwrap_or(default) {
             DenoiseArg::Off => {
-                let given = [
-                    ("levels", self.denoise_levels.is_some()),
-                    ("color", self.denoise_color.is_some()),
-                    ("normal", self.denoise_normal.is_some()),
-                    ("depth", self.denoise_depth.is_some()),
-                ];
-                return match given.into_iter().find(|(_, given)| *given) {
-                    Some((name, _)) => Err(DenoiseError::NoFilter { name }),
-                    None => Ok(None),
-                };
+                return self.parameter().map_or(Ok(None), |name| Err(DenoiseError::NoFilter { name }));
+            }
+            DenoiseArg::Oidn => {
+                let given = self.parameter();
+                return given
+                    .map_or(Ok(Some(Denoiser::Oidn)), |name| Err(DenoiseError::NoParameters { name }));
             }
             DenoiseArg::Atrous => Filter::Atrous,
             DenoiseArg::Svgf => Filter::Svgf,
@@ -78,6 +96,17 @@ impl DenoiseArgs {
             depth: self.denoise_depth.unwrap_or(default.depth),
         };
         denoise.check()?;
-        Ok(Some(denoise))
+        Ok(Some(denoise.into()))
+    }
+
+    /// Returns the name of the first parameter of a filter that is given.
+    fn parameter(&self) -> Option<&'static str> {
+        let given = [
+            ("levels", self.denoise_levels.is_some()),
+            ("color", self.denoise_color.is_some()),
+            ("normal", self.denoise_normal.is_some()),
+            ("depth", self.denoise_depth.is_some()),
+        ];
+        given.into_iter().find(|(_, given)| *given).map(|(name, _)| name)
     }
 }

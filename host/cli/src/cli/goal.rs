@@ -4,7 +4,7 @@ use super::{DenoiseArgs, JobArgs};
 use clap::{Args, ValueEnum};
 use std::time::Duration;
 use trisect::adaptive::{Adaptive, Free, Goal, Request};
-use trisect::denoise::{DenoiseError, DenoiseSettings, Filter};
+use trisect::denoise::{DenoiseError, Filter};
 
 /// Goal of a render in place of `--spp`.
 #[derive(Clone, Debug, Args)]
@@ -92,7 +92,7 @@ impl GoalArgs {
             denoise: timed && filter.denoise.is_none(),
         };
         let denoise = match free.denoise {
-            true => Some(DenoiseSettings::new(Filter::Svgf)),
+            true => Some(Filter::Svgf.into()),
             false => filter.denoise()?,
         };
         Ok(Some(Request { goal, adaptive, free, denoise }))

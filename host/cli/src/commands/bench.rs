@@ -4,10 +4,13 @@ use super::{Session, data};
 use crate::cli::BenchArgs;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
+use trisect::denoise::Denoiser;
 use trisect::device::DeviceKind;
 use trisect::output::Outputs;
 use trisect_lab::Error;
-use trisect_lab::bench::{BenchError, Benchmark, FirstSubmission, Once, WarmUp, measure, measure_live};
+use trisect_lab::bench::{
+    BenchError, Benchmark, FirstSubmission, Once, WarmUp, measure, measure_live, measure_oidn,
+};
 
 /// Minimum number of warm-up frames.
 const WARM_UP: u32 = 2;
@@ -23,13 +26,14 @@ pub fn run(arguments: &BenchArgs, start: Instant) -> Result<ExitCode, Error> {
         data::probe(path)?;
     }
     let denoise = arguments.denoise.denoise()?;
+    denoise.as_ref().map_or(Ok(()), Denoiser::check)?;
     let outputs = Outputs::default().file("--json", arguments.json.as_deref());
     let mut session = Session::open(&arguments.job, &outputs)?;
     let mut first = FirstSubmission::default();
     let gpu = session.renderer.device().info().kind == DeviceKind::Gpu;
     let warm_up = WarmUp { frames: WARM_UP, time: if gpu { SETTLE } else { Duration::ZERO } };
     session.settings.guides = denoise.is_some();
-    if denoise.is_some() {
+    if let Some(Denoiser::Filter(_)) = denoise {
         session.settings.check_live()?;
     }
     let mut frames =
@@ -51,9 +55,11 @@ pub fn run(arguments: &BenchArgs, start: Instant) -> Result<ExitCode, Error> {
         return Ok(ExitCode::SUCCESS);
     };
     if let Some(denoise) = &denoise {
-        let rows =
-            measure_live(&mut session.renderer, &session.settings, denoise, warm_up, arguments.frames)?;
-        benchmark.rows.extend(rows);
+        let Session { renderer, settings, .. } = &mut session;
+        benchmark.rows.extend(match denoise {
+            Denoiser::Filter(filter) => measure_live(renderer, settings, filter, warm_up, arguments.frames)?,
+            Denoiser::Oidn => measure_oidn(renderer, settings, warm_up, arguments.frames)?,
+        });
     }
     if let Some(path) = &arguments.json {
         let text = serde_json::to_string_pretty(&benchmark)

@@ -7,6 +7,7 @@ use std::fmt::Write;
 use std::io;
 use std::path::Path;
 use std::process::{Command, ExitCode};
+use trisect::denoise::oidn::{self, OidnError};
 use trisect::device::{self, BackendError, Choice, DeviceInfo};
 use trisect::film::{Film, FilmCounts};
 use trisect::memory;
@@ -71,6 +72,7 @@ pub fn run(arguments: &DoctorArgs) -> Result<ExitCode, Error> {
     let mut findings = devices()?;
     findings.push(processes());
     findings.push(window());
+    findings.push(denoiser());
     findings.push(Finding::works("memory", format!("{} are free", memory::display(memory::available()))));
     findings.push(folder("temporary files", Some(&std::env::temp_dir()), "set TMPDIR to one that can"));
     findings.push(folder(
@@ -188,6 +190,23 @@ fn processes() -> Finding {
         }
         Err(error) => {
             Finding::missing("mpi", format!("built in, but mpirun: {error}"), "apt-get install openmpi-bin")
+        }
+    }
+}
+
+/// Returns the finding for Open Image Denoise.
+fn denoiser() -> Finding {
+    match oidn::describe() {
+        Ok(library) => Finding::works("oidn", library),
+        Err(error) => {
+            let state = match error {
+                OidnError::NotFound { .. } => State::Missing,
+                _ => State::Broken,
+            };
+            let text = error.to_string();
+            let (says, mend) =
+                text.split_once("\n  ").unwrap_or((&text, "use another version of the library"));
+            Finding::new("oidn", state, says, Some(mend))
         }
     }
 }

@@ -3,6 +3,7 @@
 use crate::cli::InfoArgs;
 use std::fmt::Write;
 use std::process::ExitCode;
+use trisect::denoise::oidn;
 use trisect::device::{self, DeviceKind};
 use trisect_lab::Error;
 
@@ -20,6 +21,7 @@ pub fn run(arguments: &InfoArgs) -> Result<ExitCode, Error> {
             "backends": backends.collect::<Vec<_>>(),
             "mpi": cfg!(feature = "mpi"),
             "window": cfg!(feature = "window"),
+            "oidn": oidn::describe().ok(),
         });
         super::print(&format!("{all:#}\n"))?;
         return Ok(ExitCode::SUCCESS);
@@ -47,6 +49,10 @@ pub fn run(arguments: &InfoArgs) -> Result<ExitCode, Error> {
     text += match cfg!(feature = "mpi") {
         true => "mpi   built in: mpirun -n N trisect render --distribute auto\n",
         false => "mpi   not built in; build with --features mpi (docs/how-to/cluster.md)\n",
+    };
+    let _ = match oidn::describe() {
+        Ok(library) => writeln!(text, "oidn  {library}: trisect render --denoise oidn"),
+        Err(error) => writeln!(text, "oidn  {error}"),
     };
     super::print(&text)?;
     Ok(ExitCode::SUCCESS)

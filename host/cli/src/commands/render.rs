@@ -19,7 +19,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 use trisect::adaptive::{self, Goal, Request, Sampled};
 use trisect::checkpoint::{self, Checkpoint, CheckpointError, Place, arithmetic};
-use trisect::denoise::DenoiseSettings;
+use trisect::denoise::Denoiser;
 use trisect::device::BackendError;
 use trisect::film::{Film, SampleBlock};
 use trisect::layers;
@@ -51,13 +51,13 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
 
 /// Returns the goal of a command for one process, and its filter, which a goal may replace. Prints
 /// warnings about options without effect.
-pub fn goal(arguments: &RenderArgs) -> Result<(Option<Request>, Option<DenoiseSettings>), Error> {
+pub fn goal(arguments: &RenderArgs) -> Result<(Option<Request>, Option<Denoiser>), Error> {
     super::refuse_ranks(&arguments.cluster)?;
     for line in arguments.goal.without_effect().into_iter().chain(arguments.motion.without_effect()) {
         eprint(&format!("warning: {line}"));
     }
     let request = arguments.request()?;
-    let denoise = arguments.denoise.denoise()?;
+    let denoise = checked_denoiser(arguments)?;
     if let Some(request) = &request {
         adaptive::check(request.goal)?;
         if arguments.checkpointing.checkpoint.is_some() {
@@ -67,13 +67,20 @@ pub fn goal(arguments: &RenderArgs) -> Result<(Option<Request>, Option<DenoiseSe
     Ok((request, denoise))
 }
 
+/// Returns the denoiser of a command, before the render, if what it needs is there.
+pub fn checked_denoiser(arguments: &RenderArgs) -> Result<Option<Denoiser>, Error> {
+    let denoise = arguments.denoise.denoise()?;
+    denoise.as_ref().map_or(Ok(()), Denoiser::check)?;
+    Ok(denoise)
+}
+
 /// Renders the samples that the checkpoint `before` lacks, or all samples without one; writes
 /// checkpoints meanwhile, and at the end the image, also of an incomplete film. The command started
 /// at `start`.
 pub fn render_film(
     arguments: &RenderArgs,
     mut session: Session,
-    denoise: Option<DenoiseSettings>,
+    denoise: Option<Denoiser>,
     before: Option<(Place, Checkpoint)>,
     start: Instant,
 ) -> Result<ExitCode, Error> {
@@ -121,7 +128,7 @@ pub fn finish_film(
     (film, samples): (&Film, &Range<u32>),
     watch: &RenderSupervisor,
     stats: RenderStats,
-    denoise: Option<DenoiseSettings>,
+    denoise: Option<Denoiser>,
 ) -> Result<ExitCode, Error> {
     let kept = watch.finish(film, arguments.log.quiet);
     let lacking = film.coverage.missing(samples);
@@ -158,7 +165,7 @@ fn render_to_goal(
     arguments: &RenderArgs,
     mut session: Session,
     request: &Request,
-    denoise: Option<DenoiseSettings>,
+    denoise: Option<Denoiser>,
     start: Instant,
 ) -> Result<ExitCode, Error> {
     let watch = RenderSupervisor::new(arguments, None, start, interrupts());
@@ -181,7 +188,7 @@ fn render_to_goal(
 
 /// Adapts the settings to what the image needs: AOV sums for a filter, for a layer of the first hit
 /// and for a background, behind which the sky is hidden.
-pub fn adapt(settings: &mut Settings, arguments: &RenderArgs, denoise: Option<&DenoiseSettings>) {
+pub fn adapt(settings: &mut Settings, arguments: &RenderArgs, denoise: Option<&Denoiser>) {
     settings.hidden_sky = arguments.background.hides_sky();
     settings.guides =
         denoise.is_some() || settings.hidden_sky || arguments.aov.iter().any(|aov| aov.needs_aov_sums());

@@ -25,7 +25,7 @@ pub fn run(arguments: &ResumeArgs) -> Result<ExitCode, Error> {
     let command = command(arguments, &checkpoint.header)?;
     check_output(arguments, &command)?;
     render::check(&command)?;
-    let denoise = command.denoise.denoise()?;
+    let denoise = render::checked_denoiser(&command)?;
     let mut session =
         Session::open_with_checkpoint(&command.job, &command.checkpointing, &render::outputs(&command))?;
     session.settings.guides = !checkpoint.film.aovs.is_empty();

@@ -8,7 +8,7 @@ use trisect::render::{LiveFrame, Renderer, Settings};
 use trisect::view::FrameTiming;
 
 /// Names, units and values of one frame's rows.
-type Values = Vec<(String, &'static str, f64)>;
+pub(super) type Values = Vec<(String, &'static str, f64)>;
 
 /// Measures tracing, each pass of the denoiser, both together, and the frame as seen by the host.
 /// Returns one row per quantity, in milliseconds, and the frame rate. The time of `warm_up` begins
@@ -53,7 +53,7 @@ pub fn rows_of_timings(shots: &[FrameTiming]) -> Vec<Row> {
 }
 
 /// Summarises each value of the first frame over all frames that have it.
-fn rows(frames: &[Values]) -> Vec<Row> {
+pub(super) fn rows(frames: &[Values]) -> Vec<Row> {
     let Some(first) = frames.first() else { return Vec::new() };
     let row = |(name, unit, _): &(String, &'static str, f64)| {
         let of = |frame: &Values| frame.iter().find(|value| value.0 == *name).map(|value| value.2);

@@ -3,7 +3,7 @@
 
 use super::TradeoffError;
 use trisect::bvh::BvhQuality;
-use trisect::denoise::{DenoiseSettings, Filter};
+use trisect::denoise::{DenoiseSettings, Denoiser, Filter, oidn};
 use trisect::render::{Fresnel, MathMode, Sampler, Settings, Traversal};
 use trisect::scene::Scene;
 use trisect_shared::bsdf::DIELECTRIC;
@@ -41,7 +41,7 @@ pub struct Configuration {
     /// Render settings. Each render sets its own number of samples and seed.
     pub settings: Settings,
     /// Denoiser, if any.
-    pub denoise: Option<DenoiseSettings>,
+    pub denoise: Option<Denoiser>,
     /// Pixels of the image per rendered pixel, along each axis.
     pub divisor: u32,
     /// True if samples are distributed by noise (adaptive sampling).
@@ -139,7 +139,7 @@ pub fn configurations(
     let roulette = |mode: &mut Configuration| {
         (mode.settings.roulette, mode.settings.roulette_depth) = (true, 4.min(mode.settings.depth));
     };
-    let svgf = |mode: &mut Configuration| mode.denoise = Some(DenoiseSettings::new(Filter::Svgf));
+    let svgf = |mode: &mut Configuration| mode.denoise = Some(Filter::Svgf.into());
     for knob in KNOBS.into_iter().filter(|&knob| knobs.iter().any(|name| name == knob)) {
         match knob {
             "sampler" => add(match settings.sampler {
@@ -156,14 +156,18 @@ pub fn configurations(
             }),
             "adaptive" => add(base.with(knob, "on", |m| m.adaptive = true)),
             "denoiser" => {
-                add(base.with(knob, "atrous", |m| m.denoise = Some(DenoiseSettings::new(Filter::Atrous))));
+                add(base.with(knob, "atrous", |m| m.denoise = Some(Filter::Atrous.into())));
                 add(base.with(knob, "svgf", svgf));
                 for color in [3.0, 12.0] {
                     let denoise = DenoiseSettings { color, ..DenoiseSettings::new(Filter::Svgf) };
-                    add(base.with(knob, format!("svgf, color {color}"), |m| m.denoise = Some(denoise)));
+                    add(base.with(knob, format!("svgf, color {color}"), |m| m.denoise = Some(denoise.into())));
                 }
                 let denoise = DenoiseSettings { levels: 3, ..DenoiseSettings::new(Filter::Svgf) };
-                add(base.with(knob, "svgf, 3 levels", |m| m.denoise = Some(denoise)));
+                add(base.with(knob, "svgf, 3 levels", |m| m.denoise = Some(denoise.into())));
+                // Measured where it is installed.
+                if oidn::check().is_ok() {
+                    add(base.with(knob, "oidn", |m| m.denoise = Some(Denoiser::Oidn)));
+                }
             }
             "scale" => [2, 4].into_iter().for_each(|divisor| {
                 add(base.with(knob, format!("1/{divisor}"), |m| m.divisor = divisor));
@@ -250,7 +254,7 @@ mod tests {
         assert!(by_chance.is_exact(&base, false) && !by_chance.is_exact(&base, true));
         let clamp = base.with("clamp", 1, |m| m.settings.clamp = Some(1.0));
         let half = base.with("scale", "1/2", |m| m.divisor = 2);
-        let both = roulette.with("together", "", |m| m.denoise = Some(DenoiseSettings::new(Filter::Svgf)));
+        let both = roulette.with("together", "", |m| m.denoise = Some(Filter::Svgf.into()));
         assert!(![&clamp, &half, &both].iter().any(|mode| mode.is_exact(&base, false)));
         // The base is biased here.
         assert!(

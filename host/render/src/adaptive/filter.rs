@@ -4,7 +4,7 @@
 use super::renderer::AdaptiveRenderer;
 use super::{DualBuffers, FilterTrial};
 use crate::Error;
-use crate::denoise::DenoiseSettings;
+use crate::denoise::Denoiser;
 use crate::film::TASK;
 use crate::render::{Renderer, Settings};
 use rayon::prelude::*;
@@ -32,7 +32,7 @@ const BETTER: f64 = 0.8;
 
 /// Denoiser with its time on this device.
 pub(super) struct Filter<'a> {
-    denoise: &'a DenoiseSettings,
+    denoise: &'a Denoiser,
     /// Time for an image of the settings' size, in seconds.
     seconds: f64,
     /// Number of halves on which the filter is tried: 0, 1 or 2.
@@ -41,7 +41,7 @@ pub(super) struct Filter<'a> {
 
 /// Result of filtering an image.
 pub struct Filtered {
-    pub denoise: DenoiseSettings,
+    pub denoise: Denoiser,
     /// Expected root of the relMSE, from the trial; NaN without a trial.
     pub expected: f64,
     /// Device time, in seconds.
@@ -172,7 +172,7 @@ impl<'a> Filter<'a> {
     pub fn try_out(
         renderer: &mut Renderer,
         settings: &Settings,
-        denoise: &'a DenoiseSettings,
+        denoise: &'a Denoiser,
         halves: &DualBuffers,
     ) -> Result<Self, Error> {
         let fill = |sums: &mut [PixelSums], guides: &mut [AovSums]| {

@@ -27,7 +27,7 @@ pub use dual_buffers::DualBuffers;
 pub use mean::mean_and_error;
 
 use crate::Error;
-use crate::denoise::DenoiseSettings;
+use crate::denoise::Denoiser;
 use crate::film::Film;
 use crate::render::{RenderObserver, Renderer, Sampler, Settings, Summation};
 use crate::stats::RenderStats;
@@ -85,7 +85,7 @@ pub struct Request {
     /// Settings that may be chosen; [`Goal::Error`] ignores them.
     pub free: Free,
     /// Denoiser to use, or to try if [`Free::denoise`] is set; [`Goal::Error`] ignores it.
-    pub denoise: Option<DenoiseSettings>,
+    pub denoise: Option<Denoiser>,
 }
 
 /// Result of a render with a goal.
@@ -249,7 +249,7 @@ fn report_of(renderer: &AdaptiveRenderer, noise: Noise) -> Sampling {
 fn sampled(
     mut renderer: AdaptiveRenderer,
     sampling: Sampling,
-    filtered: Option<(DenoiseSettings, f64)>,
+    filtered: Option<(Denoiser, f64)>,
     image: Image,
 ) -> Result<Sampled, Error> {
     let film = renderer.film()?;
@@ -263,6 +263,7 @@ fn sampled(
     stats.finish(film.counts(), Duration::from_secs_f64(sampling.seconds), Duration::ZERO, Duration::ZERO);
     if let Some((denoise, seconds)) = filtered {
         (stats.denoise, stats.denoise_seconds) = (Some(denoise), seconds);
+        stats.denoise_library = denoise.library();
     }
     stats.sampling = Some(sampling);
     Ok(Sampled { film, image, stats })
@@ -286,7 +287,7 @@ impl Sampling {
             let sampler =
                 if way.sampler == Sampler::Sobol { "Sobol's samples" } else { "independent samples" };
             let filter = match way.denoise {
-                Some(denoise) => format!("{:?}", denoise.filter).to_lowercase(),
+                Some(denoise) => denoise.name().to_owned(),
                 None => "no denoiser".to_owned(),
             };
             text += &format!(

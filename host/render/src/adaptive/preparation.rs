@@ -7,7 +7,7 @@ use super::renderer::of_half;
 use super::strategy::{candidates, warm_up};
 use super::{Adaptive, DualBuffers, Free};
 use crate::Error;
-use crate::denoise::DenoiseSettings;
+use crate::denoise::Denoiser;
 use crate::render::{RenderObserver, Renderer, Settings, SettingsError};
 use std::time::{Duration, Instant};
 use trisect_device::BackendError;
@@ -19,7 +19,7 @@ pub(super) struct BudgetPlan<'a> {
     pub adaptive: Adaptive,
     pub free: Free,
     /// Filter, or the one that may be chosen.
-    pub denoise: Option<&'a DenoiseSettings>,
+    pub denoise: Option<&'a Denoiser>,
 }
 
 /// Settings, buffers and measurements from before the time begins.

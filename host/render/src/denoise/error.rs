@@ -1,9 +1,10 @@
 //! Error of the denoiser.
 
 use super::LEVELS;
+use super::oidn::OidnError;
 use thiserror::Error;
 
-/// Error of denoiser parameters, or of a film that cannot be denoised.
+/// Error of denoiser parameters, of Open Image Denoise, or of a film that cannot be denoised.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum DenoiseError {
     /// Number of levels outside [`LEVELS`].
@@ -34,7 +35,34 @@ pub enum DenoiseError {
         /// Name of the first parameter.
         name: &'static str,
     },
+    /// Parameters of a filter are given for a denoiser that has none.
+    #[error("`denoise_{name}` is a parameter of the filters, `denoise` atrous and svgf; leave it out")]
+    NoParameters {
+        /// Name of the first parameter.
+        name: &'static str,
+    },
+    /// Denoiser of finished images that is to denoise live frames.
+    #[error(
+        "`denoise` {name} is for finished images, as of render and bench; frames take `denoise` svgf, atrous or off"
+    )]
+    NotLive {
+        /// Name of the denoiser.
+        name: &'static str,
+    },
+    /// Open Image Denoise is missing, or failed.
+    #[error(transparent)]
+    Oidn(#[from] OidnError),
     /// Film that was rendered without AOV sums.
     #[error("the film has no normals, albedos and positions; render it with Settings::guides")]
     NoAovs,
+}
+
+impl DenoiseError {
+    /// Returns the program's exit code: 2 for wrong parameters, that of the library for its errors.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Oidn(error) => error.exit_code(),
+            _ => 2,
+        }
+    }
 }

@@ -1,13 +1,17 @@
-//! Denoising: filters with their parameters, and the passes (kernel launches) that they consist of.
+//! Denoising: filters with their parameters, the passes (kernel launches) that they consist of, and
+//! Open Image Denoise.
 //!
 //! A [`Renderer`](crate::render::Renderer) runs the passes on a device, over a film or over live
 //! frames. The kernels are in [`trisect_shared::denoise`].
 
+mod denoiser;
 mod error;
+pub mod oidn;
 mod passes;
 mod temporal;
 mod view;
 
+pub use denoiser::Denoiser;
 pub use error::DenoiseError;
 pub use passes::{Kernel, Pass};
 pub(crate) use passes::{history_passes, passes, reach, store_pass};

@@ -71,10 +71,10 @@ fn a_film_without_guides_is_refused() {
     let mut renderer = Renderer::new(Cpu::open(Some(1)).unwrap(), &scene).unwrap();
     let settings = Settings { width: 4, height: 3, samples: 1, ..Settings::of(&scene) };
     let film = renderer.render(&settings).unwrap().film;
-    let refused = renderer.denoise(&film, &settings, &DenoiseSettings::new(Filter::Svgf));
+    let refused = renderer.denoise(&film, &settings, DenoiseSettings::new(Filter::Svgf));
     assert!(matches!(refused, Err(crate::Error::Denoise(DenoiseError::NoAovs))));
     let film = renderer.render(&Settings { guides: true, ..settings.clone() }).unwrap().film;
-    let (image, times) = renderer.denoise(&film, &settings, &DenoiseSettings::new(Filter::Svgf)).unwrap();
+    let (image, times) = renderer.denoise(&film, &settings, DenoiseSettings::new(Filter::Svgf)).unwrap();
     assert_eq!((image.width, image.height, times.len()), (4, 3, 8));
 }
 
@@ -88,7 +88,7 @@ fn a_frame_is_denoised() {
     assert!(noisy.denoised.is_none() && noisy.image() == noisy.film.image());
     let settings = settings.denoise(Filter::Svgf);
     let frame = renderer.render(&settings).unwrap();
-    let by_hand = renderer.denoise(&frame.film, &settings, &DenoiseSettings::new(Filter::Svgf)).unwrap().0;
+    let by_hand = renderer.denoise(&frame.film, &settings, DenoiseSettings::new(Filter::Svgf)).unwrap().0;
     assert!(frame.image() == by_hand && frame.image() != noisy.image());
     assert!(frame.film.pixels == noisy.film.pixels);
     // The filter's AOVs are rendered without being asked for.
@@ -144,7 +144,7 @@ fn planes_of_a_parallel_projection() {
         // square and the dark second one, and the noise of the third.
         let mut filter = |depth: f32| {
             let denoise = DenoiseSettings { depth, ..denoise };
-            let smooth = renderer.denoise(&noisy.film, &settings, &denoise).unwrap().0;
+            let smooth = renderer.denoise(&noisy.film, &settings, denoise).unwrap().0;
             let light = |image: &Image, columns| mean(pixels(image, columns));
             let [bright, dark] =
                 [37..40, 40..43].map(|of: Range<usize>| light(&smooth, of.clone()) / light(&exact, of));

@@ -79,13 +79,13 @@ impl Error {
             Self::Settings(_)
             | Self::Sampling(_)
             | Self::Motion(_)
-            | Self::Denoise(_)
             | Self::Backend(
                 BackendError::NoQueue { .. }
                 | BackendError::NoFastMath { .. }
                 | BackendError::TooLarge { .. }
                 | BackendError::TooLong { .. },
             ) => 2,
+            Self::Denoise(error) => error.exit_code(),
             Self::Threads(error) | Self::Backend(BackendError::Threads(error)) => error.exit_code(),
             Self::Backend(error) => {
                 if error.is_unavailable() {

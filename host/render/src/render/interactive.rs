@@ -1,17 +1,15 @@
-//! Denoising of a film, and live frames: frames of a viewer, which may be denoised and stay on the
-//! device.
+//! Live frames: frames of a viewer, which may be denoised and stay on the device.
 
-use super::chunk_buffers::ChunkSums;
 use super::film_state::FilmState;
 use super::live_session::{LiveSession, Restart};
 use super::submission_queue::SubmissionQueue;
 use super::{Renderer, Settings};
 use crate::Error;
 use crate::denoise::{
-    self, DenoiseSettings, FrameSums, FrameView, Kernel, TemporalInputs, TemporalSettings, history_passes,
-    passes, reach, store_pass,
+    self, DenoiseSettings, FrameSums, FrameView, Kernel, TemporalSettings, history_passes, passes, reach,
+    store_pass,
 };
-use crate::film::{Film, HostMemory, RowSet, RowTarget};
+use crate::film::{HostMemory, RowSet, RowTarget};
 use crate::passes::DisplayPass;
 use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
@@ -19,10 +17,8 @@ use std::time::Duration;
 use trisect_device::Started;
 use trisect_image::Image;
 use trisect_image::output::exposure::MAX_STOPS;
-use trisect_shared::aovs::AovSums;
 use trisect_shared::denoise::FilteredPixel;
 use trisect_shared::display::DisplayParams;
-use trisect_shared::film::PixelSums;
 
 /// Live frame, which stayed on the device, with its times there.
 #[derive(Clone, Debug)]
@@ -65,59 +61,6 @@ pub(super) struct StartedLive {
 }
 
 impl Renderer {
-    /// Denoises a film of this scene on the device. `settings` are those that rendered it, with
-    /// AOVs. Returns the image and the time of each pass.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Denoise`] for parameters out of range or a film without AOV totals, and the errors
-    /// of [`render`](Self::render).
-    pub fn denoise(
-        &mut self,
-        film: &Film,
-        settings: &Settings,
-        denoise: &DenoiseSettings,
-    ) -> Result<(Image, Vec<Duration>), Error> {
-        denoise::check_has_aovs(film)?;
-        let settings = Settings { width: film.width, height: film.height, ..settings.clone() };
-        self.denoise_sums(&|sums, guides| denoise::sums(film, sums, guides), &settings, denoise)
-    }
-
-    /// Denoises sums and AOV sums of an image of the settings' size. `fill` writes a record of each
-    /// for every pixel, in the kernels' format.
-    ///
-    /// # Errors
-    ///
-    /// The errors of [`denoise`](Self::denoise).
-    pub fn denoise_sums(
-        &mut self,
-        fill: &dyn Fn(&mut [PixelSums], &mut [AovSums]),
-        settings: &Settings,
-        denoise: &DenoiseSettings,
-    ) -> Result<(Image, Vec<Duration>), Error> {
-        denoise.check()?;
-        let settings = Settings { guides: true, ..settings.clone() };
-        // The memory was checked before the film was rendered, and much of what is held now was
-        // counted then.
-        self.make_film(&settings)?;
-        let count = settings.pixels() as usize;
-        self.pipeline.current.resize(self.uploaded.device_mut(), count, true);
-        let ChunkSums { pixels, aovs } = &mut self.pipeline.current;
-        fill(pixels, aovs);
-        self.uploaded.write_film(pixels, aovs)?;
-        let (width, height) = (settings.width, settings.height);
-        let image = FrameView::by(&self.camera(&settings), self.scene.middle(), width, height);
-        let passes = passes(Some(denoise), &image, &TemporalInputs::none(&image), &(0..height));
-        let times = self.uploaded.denoise(&passes)?;
-        self.filtered.resize(count, FilteredPixel::UNKNOWN);
-        self.uploaded.read_denoised(
-            passes.last().map_or(0, |pass| pass.to),
-            (width, height),
-            &mut self.filtered,
-        )?;
-        Ok((denoise::image(width, height, &self.filtered), times))
-    }
-
     /// Renders a frame of at most one chunk of samples per pixel, and denoises it on the device.
     /// Nothing is read back, so frames follow each other as fast as the device renders them.
     /// Without a filter the frame comes out as it is, except for the rounding of a division.

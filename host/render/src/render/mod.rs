@@ -9,6 +9,7 @@ mod chunk;
 mod chunk_buffers;
 mod chunk_pipeline;
 mod chunk_sum;
+mod denoise;
 mod fallback;
 mod film_observer;
 mod film_state;
@@ -156,7 +157,7 @@ impl Renderer {
     /// # Errors
     ///
     /// [`Error::Settings`] for sizes out of range or beyond memory, [`Error::Denoise`] for a filter
-    /// whose parameters are, [`Error::Backend`] if the device fails.
+    /// whose parameters are or a library that is missing, [`Error::Backend`] if the device fails.
     pub fn render(&mut self, settings: &Settings) -> Result<Frame, Error> {
         self.render_observed(settings, &mut ())
     }

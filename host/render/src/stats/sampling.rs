@@ -1,6 +1,6 @@
 //! Report of a render with a goal.
 
-use crate::denoise::DenoiseSettings;
+use crate::denoise::Denoiser;
 use crate::settings::Sampler;
 use serde::Serialize;
 
@@ -84,5 +84,5 @@ pub struct Strategy {
     /// True if Russian roulette was on.
     pub roulette: bool,
     /// Denoiser, if the image was denoised.
-    pub denoise: Option<DenoiseSettings>,
+    pub denoise: Option<Denoiser>,
 }

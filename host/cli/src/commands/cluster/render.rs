@@ -130,6 +130,8 @@ fn begin(
     let is_new = before.is_none();
     let check = move || {
         single::check(&checked)?;
+        // The root denoises the image.
+        single::checked_denoiser(&checked)?;
         if is_new {
             single::check_new(&checked)?;
         }

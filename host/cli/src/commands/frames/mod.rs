@@ -20,7 +20,7 @@ use std::ops::{ControlFlow, Range};
 use std::process::ExitCode;
 use std::time::Instant;
 use trisect::adaptive::{self, Goal, Request, Sampled};
-use trisect::denoise::DenoiseSettings;
+use trisect::denoise::Denoiser;
 use trisect::device::{BackendError, Choice};
 use trisect::film::Film;
 use trisect::image::Image;
@@ -32,7 +32,7 @@ use trisect_lab::Error;
 struct Job<'a> {
     arguments: &'a RenderArgs,
     request: Option<Request>,
-    denoise: Option<DenoiseSettings>,
+    denoise: Option<Denoiser>,
     /// Time of frame 0 in seconds.
     start: f64,
     watch: RenderSupervisor,

@@ -7,7 +7,7 @@ use std::borrow::Cow;
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
-use trisect::denoise::DenoiseSettings;
+use trisect::denoise::Denoiser;
 use trisect::film::Film;
 use trisect::image::{Image, ImageError};
 use trisect::layers::{Aov, FilmPlace};
@@ -35,7 +35,7 @@ pub fn finish(
     session: &mut Session,
     drawn: RenderOutput,
     mut stats: RenderStats,
-    denoise: Option<DenoiseSettings>,
+    denoise: Option<Denoiser>,
 ) -> Result<(ExitCode, bool), Error> {
     let mut image = None;
     if let (RenderOutput::Film(film), Some(denoise)) = (&drawn, &denoise) {
@@ -56,6 +56,7 @@ pub fn finish(
         };
         stats.denoise_seconds = passes.iter().map(Duration::as_secs_f64).sum();
         stats.denoise = Some(*denoise);
+        stats.denoise_library = denoise.library();
         image = Some(denoised);
     }
     write_outputs(arguments, session, drawn, stats, image)

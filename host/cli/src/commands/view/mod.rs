@@ -14,7 +14,7 @@ use trisect_lab::Error;
 
 /// Returns the view options from the command line and the scene's settings.
 pub fn look(arguments: &ViewArgs, settings: &Settings) -> Result<ViewOptions, Error> {
-    let denoise = arguments.denoise.denoise_or(DenoiseArg::Svgf)?;
+    let denoise = arguments.denoise.live_filter(DenoiseArg::Svgf)?;
     let history = arguments.history();
     history.check()?;
     // The default is one sample per pixel and frame, not the scene's number.
@@ -57,6 +57,7 @@ pub fn metered(session: &mut Session, look: &ViewOptions) -> Result<f32, Error> 
 pub fn run(arguments: &ViewArgs) -> Result<ExitCode, Error> {
     super::refuse_ranks(&arguments.cluster)?;
     arguments.history().check()?;
+    arguments.denoise.live_filter(DenoiseArg::Svgf)?;
     let outputs = headless::check(arguments)?;
     let mut session = Session::open(&arguments.job, &outputs)?;
     let mut look = look(arguments, &session.settings)?;

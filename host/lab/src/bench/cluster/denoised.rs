@@ -66,7 +66,7 @@ pub(super) fn denoised<N: Network>(
                 render_image(link, renderer, &work, &mut (), &|| false).map_err(|failure| failure.error)?;
             let Some(finished) = finished else { continue };
             if let AssembledImage::Film(film) = &finished.picture {
-                renderer.denoise(film, &settings, &filter)?;
+                renderer.denoise(film, &settings, filter)?;
             }
             let render = finished.report.seconds - finished.report.sync_seconds;
             times.push((start.elapsed().as_secs_f64(), render, finished.report.bytes));
