@@ -22,6 +22,7 @@ mod parallel;
 mod sampling;
 mod scenes;
 mod summation;
+mod sun_sky;
 mod temporal;
 mod transport;
 mod wide;
