@@ -9,8 +9,8 @@ use trisect::scene::{EnvironmentSource, Sun, Surroundings};
 #[derive(Clone, Debug, Default, Args)]
 pub struct SurroundingsArgs {
     /// Light from infinity: studio (built in), sky (clear, with its sun at --sun; default:
-    /// 225,40), uniform (radiance 1) or a panorama in .hdr, .exr or .pfm; replaces the sky of a scene file (default: the scene's; for a model without lights
-    /// that carry its image, studio).
+    /// 225,40), uniform (radiance 1) or a panorama in .hdr, .exr or .pfm; replaces the sky of a
+    /// scene file (default: the scene's; for a model without lights that carry its image, studio).
     #[arg(long, value_name = "studio|sky|uniform|FILE", value_parser = parse_environment)]
     pub env: Option<EnvironmentSource>,
 

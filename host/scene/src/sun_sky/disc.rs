@@ -3,7 +3,7 @@
 //! The panorama is read bilinearly, so each texel spreads over its neighbours. The disc is made
 //! smaller by as much: shadows have penumbras of the sun's width, and the irradiance is exact.
 
-use super::panorama::Grid;
+use super::grid::Grid;
 use glam::DVec3;
 use std::f64::consts::PI;
 

@@ -9,6 +9,7 @@
 
 mod air;
 mod disc;
+mod grid;
 mod panorama;
 mod quadrature;
 mod radiance;

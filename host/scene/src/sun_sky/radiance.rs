@@ -59,7 +59,7 @@ pub(super) struct ClearSky {
     table: Vec<Parts>,
 }
 
-/// What makes the light along a ray.
+/// Air, and the light in it, that a ray passes.
 struct Medium<'a> {
     air: &'a Air,
     /// Height of the sun in radians.

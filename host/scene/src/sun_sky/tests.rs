@@ -2,7 +2,8 @@
 
 use super::air::{Air, EARTH, direction, distance_to_top};
 use super::disc::Disc;
-use super::panorama::{Grid, build};
+use super::grid::Grid;
+use super::panorama::build;
 use super::quadrature::Gauss;
 use super::radiance::ClearSky;
 use super::{SunSky, angles};
