@@ -83,7 +83,7 @@ impl Choices {
             1 => Some(EnvironmentSource::Studio),
             _ => Some(EnvironmentSource::Uniform),
         };
-        let sun = length.is_multiple_of(7).then_some(Sun { azimuth: 30.0, elevation: 40.0, irradiance: 2.0 });
+        let sun = length.is_multiple_of(7).then_some(Sun { azimuth: 30.0, elevation: 40.0, irradiance: None });
         let ground = [None, Some(true), Some(false)][length % 3];
         let far = Rebase { origin: DVec3::new(10.0, -2e3, 0.5), scale: 0.125 };
         Self {

@@ -24,6 +24,7 @@ mod parallel;
 mod sampling;
 mod scenes;
 mod summation;
+mod sun_sky;
 mod temporal;
 mod transport;
 mod wide;

@@ -161,6 +161,36 @@ fn a_written_scene_has_the_surroundings() {
     check_failure(&trisect(&arguments), &arguments, 2, &["nor --env, --sun and --ground", "sky, lights"]);
 }
 
+/// `--env sky` is a clear sky, whose sun stands where `--sun` says, and is no light of its own.
+#[test]
+fn a_clear_sky_has_its_sun() {
+    let folder = Temporary::new("surroundings", "sky");
+    let (model, around) = (block(&folder), folder.file("around.ron"));
+    let options = ["--env", "sky", "--sun", "120,35", "--spp", "4"];
+    let shown = render(&folder, &model, &options);
+    let wrote = trisect(&["check", &model, "--env", "sky", "--sun", "120,35", "--write", &around]);
+    assert!(wrote.status.success(), "{}", String::from_utf8_lossy(&wrote.stderr));
+    let text = fs::read_to_string(&around).unwrap();
+    assert!(text.contains("sky: Sun(elevation: 35.0, azimuth: 120.0,") && !text.contains("lights"), "{text}");
+    assert_eq!(render(&folder, &around, &["--spp", "4"]), shown);
+    // A scene file gets the same sky, and its own is replaced.
+    let uniform = |line: &str| match line.trim_start().starts_with("sky:") {
+        true => "sky: Uniform(radiance: (9, 9, 9)),\n".to_owned(),
+        false => format!("{line}\n"),
+    };
+    let replaced: String = text.lines().map(uniform).collect();
+    assert!(replaced.contains("Uniform"));
+    fs::write(&around, replaced).unwrap();
+    assert_eq!(render(&folder, &around, &options), shown);
+    // Negative controls: the sun elsewhere, and the sun of no place given.
+    for other in [&["--env", "sky", "--sun", "300,35"][..], &["--env", "sky"]] {
+        assert!(difference(&render(&folder, &model, &[other, &["--spp", "4"]].concat()), &shown) > 0.05);
+    }
+    // An irradiance scales the sky: one of 0 is night.
+    let night = ["--env", "sky", "--sun", "120,35,0", "--spp", "1"];
+    assert!(render(&folder, &model, &night).pixels.iter().all(|pixel| *pixel == [0.0; 3]));
+}
+
 /// A checkpoint has the surroundings, also after it moved with its panorama.
 #[test]
 fn a_resumed_render_has_its_panorama() {

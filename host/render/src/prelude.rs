@@ -12,7 +12,7 @@ pub use crate::image::Image;
 pub use crate::render::{Frame, RenderObserver, Renderer, Sampler, Settings};
 pub use crate::scene::builder::{
     Camera, Conductor, Dielectric, Emissive, Gradient, Lambertian, MaterialId, MeshId, Metal,
-    RoughDielectric, SceneBuilder,
+    RoughDielectric, SceneBuilder, SunSky,
 };
 pub use crate::scene::{Fresnel, Scene};
 pub use glam;

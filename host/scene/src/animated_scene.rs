@@ -58,7 +58,11 @@ impl AnimatedScene {
             Source::File(text) => Content::File(text),
         };
         let library = Library::new(folder.clone(), options.clone());
-        let sky = surroundings.environment.as_ref().map(|environment| environment.sky()).transpose()?;
+        let sky = surroundings
+            .environment
+            .as_ref()
+            .map(|environment| environment.sky(surroundings.sun))
+            .transpose()?;
         let (surroundings, sharing) = (surroundings.clone(), Sharing::Auto);
         let mut scene = Self { content, name, folder, library, surroundings, sky, sharing, looks: None };
         scene.document(options.time.unwrap_or(0.0))?;

@@ -4,6 +4,7 @@ pub use super::material::Emissive;
 pub use super::material::surface::{
     Conductor, ConductorFresnel, Dielectric, Lambertian, Metal, MetallicRoughness, RoughDielectric,
 };
+pub use super::sun_sky::SunSky;
 
 use super::description::{Description, Instance, Material, Mesh, PunctualLight, Shape, ShapeKind, Sky};
 use super::import::ModelOptions;
@@ -195,6 +196,12 @@ impl Gradient {
 impl From<Gradient> for Sky {
     fn from(Gradient { bottom, top }: Gradient) -> Self {
         Self::Gradient { bottom, top }
+    }
+}
+
+impl From<SunSky> for Sky {
+    fn from(sky: SunSky) -> Self {
+        Self::Sun(sky.into())
     }
 }
 

@@ -152,5 +152,6 @@ fn check_sky(sky: &Sky) -> Result<(), String> {
                 false => Err(format!("rotation: {rotation} is not finite")),
             }
         }
+        Sky::Sun(sky) => sky.parameters().check(),
     }
 }

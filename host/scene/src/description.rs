@@ -11,6 +11,7 @@ pub use super::texture::{Filter, Texels, TextureImage, TextureUse, Wrap};
 use super::CameraPose;
 pub use super::ground::Ground;
 use super::studio;
+pub use super::sun_sky::{SunSky, SunSkyPanorama};
 use glam::{DAffine3, DVec3};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -77,6 +78,8 @@ pub enum Sky {
         /// Rotation about +y in radians, counter-clockwise seen from above.
         rotation: f64,
     },
+    /// A clear sky with the sun.
+    Sun(SunSkyPanorama),
 }
 
 impl Sky {
@@ -86,6 +89,10 @@ impl Sky {
             Self::Gradient { .. } => None,
             Self::Image { image, scale, rotation } => Some((image, *scale, *rotation)),
             Self::Studio { scale, rotation } => Some((studio::panorama(), *scale, *rotation)),
+            Self::Sun(sky) => {
+                let (image, rotation) = sky.panorama();
+                Some((image, sky.parameters().scale, rotation))
+            }
         }
     }
 

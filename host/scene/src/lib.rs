@@ -38,6 +38,7 @@ mod shared_vec;
 mod source;
 mod space;
 mod studio;
+mod sun_sky;
 mod surroundings;
 pub mod texture;
 mod validate;

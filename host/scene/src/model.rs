@@ -67,7 +67,7 @@ impl Additions {
         let is_lit = model.sky.is_some() || own == OwnLight::Enough;
         let (mut sky, mut file) = (None, None);
         if let Some(environment) = &surroundings.environment {
-            let read = environment.sky()?;
+            let read = environment.sky(surroundings.sun)?;
             (sky, file) = (Some(read.0), read.1);
         } else if model.sky.is_none() {
             let scale = if surroundings.sun.is_some() { SUNLIT_STUDIO } else { 1.0 };
@@ -85,7 +85,7 @@ impl Additions {
         if surroundings.ground.unwrap_or(has_faces && camera.is_some() && !is_lit) {
             ground = ground_below(model, &extent, &mut notes);
         }
-        let sun = surroundings.sun.map(|sun| sun.light());
+        let sun = surroundings.sun_light();
         Ok(Self { camera, sky, file, sun, ground, warnings, notes })
     }
 }

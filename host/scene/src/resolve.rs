@@ -74,6 +74,7 @@ pub fn describe(
         format::Sky::Studio { scale, rotation } => {
             Some(Sky::Studio { scale: scale.0, rotation: rotation.0.to_radians() })
         }
+        format::Sky::Sun { .. } => file.sky.sun().map(|sun| Sky::Sun(sun.into())),
     };
     let ground = |ground: &format::Ground| Ground { center: vector(ground.center), size: ground.size.0 };
     scene.ground = file.ground.as_ref().map(ground);

@@ -103,6 +103,18 @@ number!(
     HalfAngle, "an angle between 0 and 90 degrees", x => (0.0..=90.0).contains(&x)
 );
 number!(
+    /// The height of the sun above the horizon, in degrees.
+    Elevation, "an elevation between 0 (the horizon) and 90 degrees (straight up)", x => (0.0..=90.0).contains(&x)
+);
+number!(
+    /// A turbidity of the air.
+    Turbidity, "a turbidity between 1 (pure air) and 10 (thick haze)", x => (1.0..=10.0).contains(&x)
+);
+number!(
+    /// The angular radius of the sun, in degrees.
+    SunRadius, "an angular radius of the sun between 0.2 and 5 degrees", x => (0.2..=5.0).contains(&x)
+);
+number!(
     /// A factor on lengths; a negative one mirrors.
     Factor, "a factor between 1e-18 and 1e18, or the negative of one", x => (MIN_MAGNITUDE..=MAX_MAGNITUDE).contains(&x.abs())
 );

@@ -8,15 +8,17 @@ use trisect::scene::{EnvironmentSource, Sun, Surroundings};
 /// Environment, sun and ground.
 #[derive(Clone, Debug, Default, Args)]
 pub struct SurroundingsArgs {
-    /// Light from infinity: studio (built in), uniform (radiance 1) or a panorama in .hdr, .exr or
-    /// .pfm; replaces the sky of a scene file (default: the scene's; for a model without lights
-    /// that carry its image, studio).
-    #[arg(long, value_name = "studio|uniform|FILE", value_parser = parse_environment)]
+    /// Light from infinity: studio (built in), sky (clear, with its sun at --sun; default:
+    /// 225,40), uniform (radiance 1) or a panorama in .hdr, .exr or .pfm; replaces the sky of a
+    /// scene file (default: the scene's; for a model without lights that carry its image, studio).
+    #[arg(long, value_name = "studio|sky|uniform|FILE", value_parser = parse_environment)]
     pub env: Option<EnvironmentSource>,
 
     /// Sun in addition to all other light: azimuth in degrees, clockwise from -z seen from above,
     /// so 90 is +x; elevation in degrees, 0 to 90; and irradiance of a surface that faces it
-    /// (default: no sun; irradiance 2). Without --env it dims the studio of a model to 0.4.
+    /// (default: no sun; irradiance 2). Without --env it dims the studio of a model to 0.4; with
+    /// --env sky it places the sky's sun, and an irradiance scales the whole sky (default: the
+    /// sun's own, W/m²/nm).
     #[arg(
         long,
         value_name = "AZIMUTH,ELEVATION[,IRRADIANCE]",
@@ -49,8 +51,9 @@ impl SurroundingsArgs {
 fn parse_environment(text: &str) -> Result<EnvironmentSource, String> {
     match text {
         "studio" => Ok(EnvironmentSource::Studio),
+        "sky" => Ok(EnvironmentSource::Sky),
         "uniform" => Ok(EnvironmentSource::Uniform),
-        "" => Err("must be studio, uniform or a panorama in .hdr, .exr or .pfm".to_owned()),
+        "" => Err("must be studio, sky, uniform or a panorama in .hdr, .exr or .pfm".to_owned()),
         path => Ok(EnvironmentSource::File(PathBuf::from(path))),
     }
 }
@@ -63,8 +66,8 @@ fn parse_sun(text: &str) -> Result<Sun, String> {
         .map(|word| word.trim().parse::<f64>().map_err(|_| form()))
         .collect::<Result<_, _>>()?;
     let (azimuth, elevation, irradiance) = match numbers[..] {
-        [azimuth, elevation] => (azimuth, elevation, Sun::DEFAULT_IRRADIANCE),
-        [azimuth, elevation, irradiance] => (azimuth, elevation, irradiance),
+        [azimuth, elevation] => (azimuth, elevation, None),
+        [azimuth, elevation, irradiance] => (azimuth, elevation, Some(irradiance)),
         _ => return Err(form()),
     };
     if !(-360.0..=360.0).contains(&azimuth) {
@@ -75,7 +78,7 @@ fn parse_sun(text: &str) -> Result<Sun, String> {
             "the elevation is {elevation}; it must be from 0 (the horizon) to 90 degrees (straight up)"
         ));
     }
-    if !(0.0..=1e18).contains(&irradiance) {
+    if let Some(irradiance) = irradiance.filter(|irradiance| !(0.0..=1e18).contains(irradiance)) {
         return Err(format!("the irradiance is {irradiance}; it must be 0 or more and at most 1e18"));
     }
     Ok(Sun { azimuth, elevation, irradiance })
@@ -88,6 +91,7 @@ mod tests {
     #[test]
     fn environments() {
         assert_eq!(parse_environment("studio"), Ok(EnvironmentSource::Studio));
+        assert_eq!(parse_environment("sky"), Ok(EnvironmentSource::Sky));
         assert_eq!(parse_environment("uniform"), Ok(EnvironmentSource::Uniform));
         let file = |path: &str| Ok(EnvironmentSource::File(path.into()));
         assert_eq!(
@@ -100,8 +104,8 @@ mod tests {
     #[test]
     fn suns() {
         let sun = |azimuth, elevation, irradiance| Ok(Sun { azimuth, elevation, irradiance });
-        assert_eq!(parse_sun("-90,0"), sun(-90.0, 0.0, Sun::DEFAULT_IRRADIANCE));
-        assert_eq!(parse_sun("10.5, 90,3"), sun(10.5, 90.0, 3.0));
+        assert_eq!(parse_sun("-90,0"), sun(-90.0, 0.0, None));
+        assert_eq!(parse_sun("10.5, 90,3"), sun(10.5, 90.0, Some(3.0)));
         for (bad, reason) in [
             ("", "such as 135,40"),
             ("10", "such as 135,40"),

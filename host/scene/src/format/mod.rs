@@ -6,6 +6,7 @@
 mod material;
 mod name;
 mod object;
+mod sky;
 mod space;
 mod transform;
 
@@ -15,13 +16,14 @@ mod tests;
 pub use material::{ColorSpace, Filter, Material, Texture, Wrap};
 pub use name::{Index, Name, Source};
 pub use object::{Object, sides};
+pub use sky::Sky;
 
 use super::camera::Camera;
 use super::error::SceneError;
 use super::light::PunctualLight;
 use super::material::surface::TextureRole;
 use super::surroundings::PANORAMAS;
-use super::values::{Angle, Colour, Count, Gain, Length, Point, some};
+use super::values::{Count, Length, Point, some};
 use name::unique_names;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
@@ -100,48 +102,6 @@ fn default_depth() -> Count {
     Count(50)
 }
 
-/// Radiance from infinity.
-#[derive(Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub enum Sky<'a> {
-    /// No radiance.
-    #[default]
-    Black,
-    /// Equal radiance from all directions.
-    Uniform {
-        /// Radiance from each direction.
-        radiance: Colour,
-    },
-    /// Gradient from straight down to straight up, linear in the y of the unit direction.
-    Gradient {
-        /// Radiance straight down.
-        bottom: Colour,
-        /// Radiance straight up.
-        top: Colour,
-    },
-    /// A panorama (environment map).
-    Image {
-        /// File name, relative to the scene file.
-        #[serde(borrow)]
-        file: Name<'a>,
-        /// Factor on the file's radiance.
-        #[serde(default = "default_gain")]
-        scale: Gain,
-        /// Rotation about +y, in degrees, counter-clockwise seen from above.
-        #[serde(default = "default_rotation")]
-        rotation: Angle,
-    },
-    /// The built-in panorama of a studio.
-    Studio {
-        /// Factor on its radiance.
-        #[serde(default = "default_gain")]
-        scale: Gain,
-        /// Rotation about +y, in degrees, counter-clockwise seen from above.
-        #[serde(default = "default_rotation")]
-        rotation: Angle,
-    },
-}
-
 /// A ground that catches shadows and fades out.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -150,14 +110,6 @@ pub struct Ground {
     pub center: Point,
     /// Radius of what stands on it: the ground is opaque up to 1.5 times this length.
     pub size: Length,
-}
-
-fn default_gain() -> Gain {
-    Gain(1.0)
-}
-
-fn default_rotation() -> Angle {
-    Angle(0.0)
 }
 
 /// Reflectance model of dielectrics.

@@ -267,3 +267,42 @@ fn singular_transforms_are_refused() {
     let error = ron::from_str::<Transform>("[Scale(1e18), Scale(1e18)]").expect_err("large").to_string();
     assert!(error.contains("beyond 1e18"), "{error}");
 }
+
+#[test]
+fn a_sun_out_of_range_is_refused() {
+    let sky = |fields: &str| {
+        let text = format!(
+            "Scene(version: 1, image: (width: 1, height: 1), materials: {{}}, objects: [],\n  sky: Sun({fields}),\n)"
+        );
+        parse(&text, "sun.ron").map(|scene| scene.sky.sun().expect("a sun"))
+    };
+    let default = sky("elevation: 30").expect("defaults");
+    assert_eq!(default, crate::sun_sky::SunSky::new(0.0, 30.0));
+    let up = sky("direction: (0, 3, 0), sun_disc: false").expect("straight up");
+    assert!((up.azimuth, up.elevation, up.sun_disc) == (0.0, 90.0, false));
+    for (fields, words) in [
+        ("", &["no place of the sun", "elevation and azimuth"][..]),
+        ("azimuth: 20", &["no place of the sun"]),
+        ("elevation: 20, direction: (0, 1, 0)", &["given twice"]),
+        ("azimuth: 20, direction: (0, 1, 0)", &["given twice"]),
+        ("direction: (0, -0.1, 1)", &["below the horizon", "its y must be 0 or more"]),
+        ("direction: (0, 0, 0)", &["not a direction"]),
+        ("elevation: -1", &["-1 is not an elevation between 0 (the horizon) and 90"]),
+        ("elevation: 91", &["91 is not an elevation"]),
+        ("elevation: NaN", &["NaN is not an elevation"]),
+        ("elevation: inf", &["inf is not an elevation"]),
+        ("elevation: 9, azimuth: 1e7", &["-1e6 and 1e6 degrees"]),
+        ("elevation: 9, turbidity: 0.5", &["0.5 is not a turbidity between 1 (pure air) and 10"]),
+        ("elevation: 9, turbidity: 11", &["11 is not a turbidity"]),
+        ("elevation: 9, ground_albedo: 1.5", &["1.5 is not between 0 and 1"]),
+        ("elevation: 9, sun_radius: 0", &["0 is not an angular radius of the sun between 0.2 and 5"]),
+        ("elevation: 9, scale: -1", &["-1 is not a finite factor"]),
+        ("elevation: 9, haze: 1", &["haze", "turbidity"]),
+    ] {
+        let message = sky(fields).expect_err(fields).to_string();
+        assert!(message.starts_with("sun.ron:2:"), "{fields}: {message}");
+        for word in words {
+            assert!(message.contains(word), "{fields}: no {word:?} in: {message}");
+        }
+    }
+}

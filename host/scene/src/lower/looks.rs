@@ -104,6 +104,7 @@ fn is_same_sky(a: Option<&Sky>, b: Option<&Sky>) -> bool {
             Some(Sky::Studio { scale, rotation }),
             Some(Sky::Studio { scale: other_scale, rotation: other_rotation }),
         ) => (scale, rotation) == (other_scale, other_rotation),
+        (Some(Sky::Sun(sky)), Some(Sky::Sun(other))) => sky.parameters() == other.parameters(),
         _ => false,
     }
 }

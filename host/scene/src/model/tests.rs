@@ -39,7 +39,7 @@ fn ground(on: bool) -> Surroundings {
 }
 
 fn sun() -> PunctualLight {
-    Sun { azimuth: 150.0, elevation: 40.0, irradiance: 3.0 }.light()
+    Sun { azimuth: 150.0, elevation: 40.0, irradiance: Some(3.0) }.light()
 }
 
 #[test]
@@ -75,7 +75,7 @@ fn surroundings_override_what_is_given() {
     assert!(!above.notes.iter().any(|note| note.contains("`ground` off")), "{:?}", above.notes);
     assert!(completed(model(), &ground(false)).description.ground.is_none());
     let environment = Some(EnvironmentSource::Uniform);
-    let sun = Some(Sun { azimuth: 0.0, elevation: 90.0, irradiance: 1.0 });
+    let sun = Some(Sun { azimuth: 0.0, elevation: 90.0, irradiance: Some(1.0) });
     let all = Surroundings { environment, sun, ground: None };
     let lit = completed(Description { lights: vec![self::sun()], ..model() }, &all).description;
     assert!(matches!(lit.sky, Some(Sky::Gradient { bottom: DVec3::ONE, .. })));

@@ -1,7 +1,7 @@
 //! Writes a copy of a scene file with another `space` or camera. Used by `trisect check --write`
 //! and by the viewer.
 
-use crate::description::{Ground, PunctualLight, Sky};
+use crate::description::{Ground, PunctualLight, Sky, SunSky};
 use crate::import::ModelOptions;
 use crate::values::point_text;
 use crate::{
@@ -154,18 +154,26 @@ fn surroundings(scene: &SceneDocument) -> Option<String> {
         Some(Sky::Studio { scale, rotation }) => {
             format!("    sky: Studio(scale: {scale:?}, rotation: {:?}),\n", rotation.to_degrees())
         }
+        Some(Sky::Sun(sky)) => sun_sky(&sky.parameters()),
         Some(Sky::Image { .. }) => return None,
     };
     if let Some(Ground { center, size }) = scene.description.ground {
         text += &format!("    ground: (center: {}, size: {size:?}),\n", point_text(center));
     }
-    if let Some(PunctualLight::Directional { direction, irradiance }) =
-        scene.surroundings.sun.map(|sun| sun.light())
-    {
+    if let Some(PunctualLight::Directional { direction, irradiance }) = scene.surroundings.sun_light() {
         let (direction, irradiance) = (point_text(direction), point_text(irradiance));
         text += &format!("    lights: [Directional(direction: {direction}, irradiance: {irradiance})],\n");
     }
     Some(text)
+}
+
+/// Returns the field of a clear sky.
+fn sun_sky(sky: &SunSky) -> String {
+    let SunSky { azimuth, elevation, turbidity, ground_albedo, sun_disc, sun_radius, scale } = sky;
+    format!(
+        "    sky: Sun(elevation: {elevation:?}, azimuth: {azimuth:?}, turbidity: {turbidity:?}, \
+         ground_albedo: {ground_albedo:?}, sun_disc: {sun_disc}, sun_radius: {sun_radius:?}, scale: {scale:?}),\n"
+    )
 }
 
 /// Returns the value of the field `space`. Rust's debug format of an f64 reads back to the same
