@@ -57,7 +57,9 @@ fn checked(named: Features, needed: Features) -> Result<Features, SettingsError>
     if other != 0 {
         return Err(SettingsError::FeaturesDiffer { other: feature_names(other) });
     }
-    Ok(named & !PADDED_BOXES | named & needed & PADDED_BOXES)
+    // A scene without padded boxes, or without a tree, has none.
+    let of_scene = PADDED_BOXES | LIGHT_TREE;
+    Ok(named & !of_scene | named & needed & of_scene)
 }
 
 #[cfg(test)]
