@@ -26,8 +26,8 @@ pub const WIDTH: usize = 8;
 /// light is not known, and dim lights must not vanish beside a strong one behind a wall.
 pub const EVEN_SHARE: f32 = 1.0 / 64.0;
 
-/// The same for lights that are infinitely far beside lights in the scene: a sun that does not
-/// enter a room is a thousand times as strong as its lamps.
+/// Part of even choices between lights that are infinitely far and lights in the scene: a sun that
+/// does not enter a room is a thousand times as strong as its lamps.
 pub const EVEN_SHARE_OF_DISTANT: f32 = 0.5;
 
 /// Factor of the importance of lights below the horizon: a normal map may turn the horizon.

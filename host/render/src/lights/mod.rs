@@ -49,8 +49,8 @@ impl Lights {
         self.lights.len() > self.count as usize
     }
 
-    /// Builds the table for `scene`, with a tree if there are many lights, or one that is infinitely
-    /// far beside one that is not. Otherwise probabilities are proportional to power: π × area ×
+    /// Builds the table for `scene`, with a tree if there are many lights, or one that is
+    /// infinitely far beside one that is not. Otherwise probabilities are proportional to power: π × area ×
     /// luminance of the emitted radiance for primitives, and the power sent into the scene for
     /// point, spot and directional lights. An environment map that is not black has probability
     /// 1/2, or 1 if there are no other lights.

@@ -171,7 +171,7 @@ fn choices_have_these_probabilities() {
     }
 }
 
-/// Of a sun beside lamps neither vanishes.
+/// A sun leaves at least a quarter of the choices to lamps.
 #[test]
 fn a_sun_leaves_a_share_to_lamps() {
     let mut scene = scene(2);
