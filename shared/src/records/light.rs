@@ -13,10 +13,10 @@ use glam::Vec3;
 /// which there are `alias`, or its light with [`LEAF`](crate::light::tree::LEAF); `primitive` is
 /// its parent, `cone_scale` the share of even choices among the children; `position` and
 /// `probability` are middle and radius of a sphere around its lights, or a radius below 0 for
-/// lights that are infinitely far. `axis`, `cone_offset` and `intensity.z` are the axis of the cone of
-/// their normals, and the cosine and sine of its angle; for infinitely far lights, the cone of the
-/// directions towards them. `intensity.y` is the cosine of the angle up to which each sends light
-/// beyond its normal; `intensity.x` their strength, intensity or irradiance.
+/// lights that are infinitely far. `axis`, `cone_offset` and `intensity.z` are the axis of the cone
+/// of their normals, and the cosine and sine of its angle; for infinitely far lights, the cone of
+/// the directions towards them. `intensity.y` is the cosine of the angle up to which each sends
+/// light beyond its normal; `intensity.x` their strength, intensity or irradiance.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Light {

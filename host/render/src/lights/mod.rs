@@ -50,9 +50,9 @@ impl Lights {
     }
 
     /// Builds the table for `scene`, with a tree if there are many lights, or one that is
-    /// infinitely far beside one that is not. Otherwise probabilities are proportional to power: π × area ×
-    /// luminance of the emitted radiance for primitives, and the power sent into the scene for
-    /// point, spot and directional lights. An environment map that is not black has probability
+    /// infinitely far beside one that is not. Otherwise probabilities are proportional to power: π
+    /// × area × luminance of the emitted radiance for primitives, and the power sent into the scene
+    /// for point, spot and directional lights. An environment map that is not black has probability
     /// 1/2, or 1 if there are no other lights.
     pub fn new(scene: &Scene) -> Self {
         let emitted = |material: u32| f64::from(scene.materials[material as usize].light_pdf);
