@@ -18,6 +18,8 @@ pub(super) struct SubmissionSizer {
     budget: u64,
     /// Number of pixels that keep the device busy.
     pixels: u64,
+    /// Maximum number of samples of a pixel in one submission.
+    pixel_samples: u64,
     /// True if the caller has set `budget`, whatever time a submission then takes.
     fixed: bool,
     /// Samples a second of the last submission.
@@ -28,11 +30,14 @@ impl SubmissionSizer {
     pub(super) fn new(kind: DeviceKind) -> Self {
         // The first budgets are small enough for the slowest device of their kind, and grow up to
         // eightfold a step.
-        match kind {
-            DeviceKind::Gpu => Self { budget: 1 << 20, pixels: 1 << 20, fixed: false, speed: None },
-            DeviceKind::SoftwareGpu => Self { budget: 1 << 14, pixels: 1 << 12, fixed: false, speed: None },
-            DeviceKind::Cpu => Self { budget: 1 << 15, pixels: 1 << 13, fixed: false, speed: None },
-        }
+        let (budget, pixels) = match kind {
+            DeviceKind::Gpu => (1 << 20, 1 << 20),
+            DeviceKind::SoftwareGpu => (1 << 14, 1 << 12),
+            DeviceKind::Cpu => (1 << 15, 1 << 13),
+        };
+        // Mesa's lavapipe ends the loops of a lane after 65,535 iterations, wherever they are.
+        let pixel_samples = if kind == DeviceKind::SoftwareGpu { 16 } else { u64::from(u32::MAX) };
+        Self { budget, pixels, pixel_samples, fixed: false, speed: None }
     }
 
     /// Sets the budget, or with `None` lets it follow the device's speed again.
@@ -135,7 +140,7 @@ impl Submissions {
             self.rows = equal_part(u64::from(self.end_row - self.first_row), rows) as u32;
         }
         let pixels = u64::from(self.rows) * width;
-        let samples = equal_part(u64::from(left), pace.budget / pixels) as u32;
+        let samples = equal_part(u64::from(left), (pace.budget / pixels).min(pace.pixel_samples)) as u32;
         let part = Submission {
             share: self.share,
             first_row: self.first_row,
