@@ -24,7 +24,7 @@ const PIXEL: usize = size_of::<[f32; 3]>();
 /// Kind of image that a filter denoises.
 #[derive(Clone, Copy)]
 pub(super) enum Mode {
-    /// Albedo or normal by itself, in the least time.
+    /// Albedo or normal alone, in the least time.
     Feature,
     /// Radiance of any range, by features without noise.
     Radiance,
