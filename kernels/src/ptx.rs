@@ -17,7 +17,9 @@ use trisect_shared::bvh::BvhNode;
 use trisect_shared::denoise::{self, DenoiseParams, FilteredPixel, GBufferTexel, HistoryPixel};
 use trisect_shared::display::{self, DisplayParams};
 use trisect_shared::environment::EnvironmentTexel;
-use trisect_shared::features::{FeatureSet, OF_BOOK, OF_GPUS, OF_GPUS_WITHOUT_RARE, REGENERATE};
+use trisect_shared::features::{
+    FeatureSet, Features, OF_BOOK, OF_GPUS, OF_GPUS_WITHOUT_RARE, REGENERATE, of_words,
+};
 use trisect_shared::film::{Compensation, PixelSums};
 use trisect_shared::light::Light;
 use trisect_shared::material::Material;
@@ -113,16 +115,17 @@ macro_rules! entry_point {
     };
 }
 
-/// Returns the features of a render kernel: a constant that the host replaces in the text before
-/// the driver compiles it.
+/// Returns the features of a render kernel: the words are constants that the host replaces in the
+/// text before the driver compiles it.
 #[inline(always)]
-fn features() -> u32 {
-    let mask: u32;
-    // SAFETY: a move of a constant.
+fn features() -> Features {
+    let (low, high): (u32, u32);
+    // SAFETY: moves of constants.
     unsafe {
-        asm!("mov.u32 {}, 0x7ea5e7ed;", out(reg32) mask, options(pure, nomem, nostack, preserves_flags));
+        asm!("mov.u32 {}, 0x7ea5e7ed;", out(reg32) low, options(pure, nomem, nostack, preserves_flags));
+        asm!("mov.u32 {}, 0x7ea5e7ee;", out(reg32) high, options(pure, nomem, nostack, preserves_flags));
     }
-    mask
+    of_words(low, high)
 }
 
 macro_rules! render {

@@ -23,16 +23,17 @@ use trisect_shared::texture::{Texel, Texture};
 use trisect_shared::totals::{self, TotalsParams};
 use trisect_shared::triangle::Triangle;
 
-/// Defines a render entry point: `$body` gets the launch record, the scene, the pixel, the output's
+/// Defines a render entry point: `$body` gets the words of the features, the launch record, the scene, the pixel, the output's
 /// buffer, the compensations, the counter and the AOV sums.
 macro_rules! entry_point {
-    ($(#[$doc:meta])* $name:ident $text:tt, $record:ty, $persistent:expr, |$features:ident, $params:ident, $scene:ident, $x:ident, $y:ident, $output:ident, $compensations:ident, $counter:ident, $aovs:ident| $body:block) => {
+    ($(#[$doc:meta])* $name:ident $text:tt, $record:ty, $persistent:expr, |$low:ident, $high:ident, $params:ident, $scene:ident, $x:ident, $y:ident, $output:ident, $compensations:ident, $counter:ident, $aovs:ident| $body:block) => {
         $(#[$doc])*
         #[spirv(compute(threads(8, 8), entry_point_name = $text))]
         #[allow(clippy::too_many_arguments, reason = "one argument per binding")]
         pub fn $name(
             #[spirv(global_invocation_id)] id: UVec3,
-            #[spirv(spec_constant(id = 0, default = 0))] $features: u32,
+            #[spirv(spec_constant(id = 0, default = 0))] $low: u32,
+            #[spirv(spec_constant(id = 1, default = 0))] $high: u32,
             #[spirv(uniform, descriptor_set = 0, binding = 0)] $params: &RenderParams,
             #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] spheres: &[Packed<Sphere>],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] nodes: &[Packed<BvhNode>],
@@ -66,9 +67,9 @@ macro_rules! render {
     ($($name:ident $text:tt: $persistent:expr, $possible:expr, $certain:expr,)*) => {$(
         entry_point! {
             /// Adds samples to each pixel's sums.
-            $name $text, PixelSums, $persistent, |features, params, scene, x, y, film, compensations, counter, aovs| {
+            $name $text, PixelSums, $persistent, |low, high, params, scene, x, y, film, compensations, counter, aovs| {
                 const { assert!($certain == 0) }; // no module of SPIR-V always has a feature
-                let features = FeatureSet::<{ $possible }>::new(features);
+                let features = FeatureSet::<{ $possible }>::of_words(low, high);
                 // SAFETY: the guard, and the host's proof of the scene, and of film, compensations
                 // and AOV sums of width * height pixels.
                 #[allow(unsafe_code, reason = "see buffer")]
@@ -91,7 +92,7 @@ for_each_render!(render);
 
 entry_point! {
     /// Writes each pixel's first hit.
-    first_hit "first_hit", FirstHit, false, |_features, params, scene, x, y, hits, _compensations, _counter, _aovs| {
+    first_hit "first_hit", FirstHit, false, |_low, _high, params, scene, x, y, hits, _compensations, _counter, _aovs| {
         // SAFETY: the guard, and the host's proof of the scene and its buffer of width * height
         // records.
         #[allow(unsafe_code, reason = "see buffer")]

@@ -6,8 +6,20 @@
 //! [possible](FeatureSet) features are compiled ahead, and the mask decides among those at run
 //! time.
 
-/// Set of features.
-pub type Features = u32;
+/// Set of features. GPUs hold it as two [words](of_words), because not all have integers of 64 bits.
+pub type Features = u64;
+
+/// Returns the set whose bits 0 to 31 are `low`, and whose bits 32 to 63 are `high`.
+#[inline(always)]
+pub const fn of_words(low: u32, high: u32) -> Features {
+    (high as Features) << 32 | low as Features
+}
+
+/// Returns the [words](of_words) of a set, the low one first.
+#[inline(always)]
+pub const fn to_words(features: Features) -> [u32; 2] {
+    [features as u32, (features >> 32) as u32]
+}
 
 /// Schlick's approximation for smooth glass, as "Ray Tracing in One Weekend" (the book) has it,
 /// instead of Fresnel's equations.
@@ -26,53 +38,57 @@ pub const SPHERES: Features = 1 << 4;
 pub const PLANAR: Features = 1 << 5;
 /// Triangles.
 pub const TRIANGLES: Features = 1 << 6;
+/// Normals of mesh vertices.
+pub const SMOOTH: Features = 1 << 7;
+/// Instances of meshes: leaves of the BVH that are trees of their own.
+pub const INSTANCES: Features = 1 << 8;
+
 /// Surfaces that emit.
-pub const EMITTERS: Features = 1 << 7;
+pub const EMITTERS: Features = 1 << 9;
 /// Next-event estimation: connections of paths to lights and to the environment map.
-pub const NEE: Features = 1 << 8;
+pub const NEE: Features = 1 << 10;
 /// With [`NEE`]: connections to point, spot and directional lights.
-pub const PUNCTUAL: Features = 1 << 9;
+pub const PUNCTUAL: Features = 1 << 11;
+/// With [`NEE`]: a tree of lights, by which each connection chooses.
+pub const LIGHT_TREE: Features = 1 << 12;
 /// Environment map as the sky.
-pub const ENVIRONMENT: Features = 1 << 10;
+pub const ENVIRONMENT: Features = 1 << 13;
+
 /// Image textures.
-pub const TEXTURES: Features = 1 << 11;
+pub const TEXTURES: Features = 1 << 14;
 /// Surfaces that are masked or blended.
-pub const HOLES: Features = 1 << 12;
+pub const HOLES: Features = 1 << 15;
+/// Normal maps of meshes.
+pub const NORMAL_MAPS: Features = 1 << 16;
+/// Colours of mesh vertices, and second sets of their texture coordinates.
+pub const ATTRIBUTES: Features = 1 << 17;
+
+/// Place of the bit of material kind 0; the bits of the kinds end below 32.
+const FIRST_MATERIAL: u32 = 22;
 
 /// Boxes of the BVH that are [padded](crate::slabs) for all ray origins of the launch. Only GPUs
 /// make use of it.
-pub const PADDED_BOXES: Features = 1 << 13;
+pub const PADDED_BOXES: Features = 1 << 32;
 /// Traversal that tests each primitive, without a BVH; all other traversals must agree with it.
-pub const LINEAR: Features = 1 << 14;
+pub const LINEAR: Features = 1 << 33;
 /// Traversal of the wide BVH, on the CPU only.
-pub const WIDE: Features = 1 << 15;
+pub const WIDE: Features = 1 << 34;
+/// Wide traversal by AVX2. The caller of a function with this feature promises that the CPU
+/// supports it.
+pub const AVX2: Features = 1 << 35;
+/// Wide traversal by AVX-512; as [`AVX2`].
+pub const AVX512: Features = 1 << 36;
+/// Counting of the [`Visits`](crate::bvh::Visits) of a traversal. No render kernel has this: its
+/// search drops what it counted.
+pub const COUNTED: Features = 1 << 37;
 /// Schedule: a lane starts its next sample as soon as its path ends, not when all paths of its warp
 /// have ended.
-pub const REGENERATE: Features = 1 << 16;
+pub const REGENERATE: Features = 1 << 38;
 /// Schedule: the device is filled once, and each lane takes pixels from a queue.
-pub const PERSISTENT: Features = 1 << 17;
-
+pub const PERSISTENT: Features = 1 << 39;
 /// Schedule, with [`PERSISTENT`]: lanes whose rays are done shade and take their next rays while
 /// the searches of other lanes of the warp wait.
-pub const INTERLEAVED: Features = 1 << 31;
-
-/// Counting of the [`Visits`](crate::bvh::Visits) of a traversal. No render kernel has this.
-pub const COUNTED: Features = 1 << 18;
-/// Wide traversal by AVX2. The caller of a function with this feature promises that the CPU
-/// supports it. It has the bit of [`PERSISTENT`], a schedule of GPUs, which have no [`WIDE`] tree.
-pub const AVX2: Features = PERSISTENT;
-/// Wide traversal by AVX-512; as [`AVX2`], with the bit of [`INTERLEAVED`].
-pub const AVX512: Features = INTERLEAVED;
-
-/// With [`NEE`]: a tree of lights, by which each connection chooses. It has the bit of [`COUNTED`],
-/// which no render kernel has: the search of a render kernel drops what it counted.
-pub const LIGHT_TREE: Features = COUNTED;
-
-/// Normals of mesh vertices.
-pub const SMOOTH: Features = 1 << 19;
-
-/// Instances of meshes: leaves of the BVH that are trees of their own.
-pub const INSTANCES: Features = 1 << 20;
+pub const INTERLEAVED: Features = 1 << 40;
 
 /// Features that choose the image: a kernel must have those of the render and no others. All
 /// features below are needed by a scene or its settings, and a kernel may have more.
@@ -84,19 +100,18 @@ pub const SHAPES: Features = SPHERES | PLANAR | TRIANGLES;
 /// Materials of the book: the kinds below [`MICROFACET_KINDS`](crate::bsdf::MICROFACET_KINDS).
 pub const BOOK: Features = 0b111 << FIRST_MATERIAL;
 
-/// Normal maps of meshes.
-pub const NORMAL_MAPS: Features = 1 << (FIRST_MATERIAL + 3);
-/// Colours of mesh vertices, and second sets of their texture coordinates.
-pub const ATTRIBUTES: Features = 1 << (FIRST_MATERIAL + 4);
-
 /// Microfacet materials: the other kinds.
 pub const MICROFACETS: Features = 0x1f << (FIRST_MATERIAL + 5);
 
+/// Returns the features of microfacet materials of greater kinds.
+#[inline(always)]
+pub const fn of_greater_kinds(kind: u32) -> Features {
+    let bit = of_material(kind);
+    MICROFACETS & !(bit | (bit - 1))
+}
+
 /// Layered materials: a kind that makes a kernel more than twice as large.
 pub const LAYERS: Features = 1 << (FIRST_MATERIAL + 8);
-
-/// Place of the bit of material kind 0.
-const FIRST_MATERIAL: u32 = 21;
 
 /// Returns the feature of materials of a kind of [`crate::bsdf`].
 #[inline(always)]
@@ -177,28 +192,44 @@ pub const NAMES: [(Features, &str); 24] = [
 /// Features that a kernel asks for while it runs. Those outside of `POSSIBLE` are known to be
 /// missing when the kernel is compiled; of the others a mask decides.
 #[derive(Clone, Copy, Debug)]
-pub struct FeatureSet<const POSSIBLE: Features>(Features);
+pub struct FeatureSet<const POSSIBLE: Features> {
+    /// [Words](of_words) of the mask.
+    low: u32,
+    high: u32,
+}
 
 impl<const POSSIBLE: Features> FeatureSet<POSSIBLE> {
     /// All features that are possible: each is known when the kernel is compiled.
-    pub const ALL: Self = Self(POSSIBLE);
+    pub const ALL: Self = Self::new(POSSIBLE);
 
     /// Returns the features of `mask`.
     #[inline(always)]
     pub const fn new(mask: Features) -> Self {
-        Self(mask)
+        let [low, high] = to_words(mask);
+        Self { low, high }
     }
 
-    /// Returns whether the kernel has `feature`, which is one bit.
+    /// Returns the features of the mask with these [words](of_words).
     #[inline(always)]
-    pub const fn has(self, feature: Features) -> bool {
-        self.has_any(feature)
+    pub const fn of_words(low: u32, high: u32) -> Self {
+        Self { low, high }
     }
 
-    /// Returns whether the kernel has any bit of `some`.
+    /// Returns whether the kernel has a bit of `SOME`.
+    ///
+    /// The argument is a constant of the type, so that kernels for GPUs compare words only.
     #[inline(always)]
-    pub const fn has_any(self, some: Features) -> bool {
-        POSSIBLE & some != 0 && self.0 & (POSSIBLE & some) != 0
+    pub const fn has<const SOME: Features>(self) -> bool {
+        let (low, high) = const { ((POSSIBLE & SOME) as u32, ((POSSIBLE & SOME) >> 32) as u32) };
+        (self.low & low) | (self.high & high) != 0
+    }
+
+    /// Returns whether `kind`, which is at least the kind of material `of`, equals it. `OF` is the
+    /// feature of that kind, and `GREATER` has those of greater kinds; a kernel without any
+    /// compares nothing.
+    #[inline(always)]
+    pub const fn is_kind<const OF: Features, const GREATER: Features>(self, kind: u32, of: u32) -> bool {
+        self.has::<OF>() && (kind == of || !self.has::<GREATER>())
     }
 }
 

@@ -39,7 +39,7 @@ impl Hit {
     /// Returns whether the hit is one in an instance.
     #[inline(always)]
     pub fn is_in_instance<const POSSIBLE: Features>(&self, features: FeatureSet<POSSIBLE>) -> bool {
-        features.has(INSTANCES) && self.instance != NO_INSTANCE
+        features.has::<INSTANCES>() && self.instance != NO_INSTANCE
     }
 
     /// Returns whether a hit of the same primitive at the same distance is in an instance that
@@ -52,7 +52,7 @@ impl Hit {
         primitive: u32,
         instance: u32,
     ) -> bool {
-        features.has(INSTANCES)
+        features.has::<INSTANCES>()
             && (t == self.distance) & (primitive == self.primitive) & (instance < self.instance)
     }
 }

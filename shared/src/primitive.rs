@@ -18,7 +18,7 @@ pub(crate) fn is_triangle<const POSSIBLE: Features>(
     params: &RenderParams,
     index: u32,
 ) -> bool {
-    features.has(TRIANGLES) && (!features.has_any(SPHERES | PLANAR) || index >= params.first_triangle)
+    features.has::<TRIANGLES>() && (!features.has::<{ SPHERES | PLANAR }>() || index >= params.first_triangle)
 }
 
 /// Returns whether primitive `index`, which is no triangle, is a planar shape, not a sphere.
@@ -28,7 +28,7 @@ pub(crate) fn is_planar<const POSSIBLE: Features>(
     params: &RenderParams,
     index: u32,
 ) -> bool {
-    features.has(PLANAR) && (!features.has(SPHERES) || index >= params.first_planar)
+    features.has::<PLANAR>() && (!features.has::<SPHERES>() || index >= params.first_planar)
 }
 
 /// Returns the distance along `ray` to primitive `index`, or [`MISS`]; `shear` is that of the ray's

@@ -11,7 +11,7 @@ use crate::rng::{PathKey, Words, pcg4d};
 /// Returns the words of `block` by the sampler of the kernel.
 #[inline(always)]
 pub fn words<const POSSIBLE: Features>(features: FeatureSet<POSSIBLE>, key: PathKey, block: u32) -> Words {
-    if features.has(SOBOL) { sobol(key, block) } else { key.words(block) }
+    if features.has::<SOBOL>() { sobol(key, block) } else { key.words(block) }
 }
 
 /// Returns two scrambled points of the Sobol sequence.

@@ -102,7 +102,7 @@ pub unsafe fn at<const POSSIBLE: Features>(
     let sphere = unsafe { load::<Sphere>(scene.spheres, index) };
     let (normal, point) = sphere.project(ray.origin + ray.direction * hit.distance, ray.direction);
     let (mut u, mut v) = (0.0, 0.0);
-    if features.has(TEXTURES) {
+    if features.has::<TEXTURES>() {
         // u runs from -x by +z, +x and -z; v from the top down (Shirley et al., "Ray Tracing: The
         // Next Week", section 4.4).
         u = 0.5 + atan2_turns(-normal.z, normal.x);
@@ -170,18 +170,18 @@ unsafe fn triangle<const POSSIBLE: Features>(
     let size = part_a.abs() + part_b.abs() + part_c.abs();
     let normal = normalize(triangle.normal());
     let (mut u, mut v) = (0.0, 0.0);
-    if features.has(TEXTURES) {
+    if features.has::<TEXTURES>() {
         (u, v) = vertices.uv(a, b, c);
     }
     let mut attributes = SurfaceAttributes::NONE;
-    if features.has_any(NORMAL_MAPS | ATTRIBUTES) && vertices.have_attributes() {
+    if features.has::<{ NORMAL_MAPS | ATTRIBUTES }>() && vertices.have_attributes() {
         // SAFETY: the caller's promise.
         attributes = unsafe { vertices.attributes(scene.vertices, a, b, c) };
     }
     let point = part_a + part_b + part_c;
     let error_bound = size.dot(normal.abs()) * ROUNDING;
     let (mut interpolated_normal, mut smooth, mut height) = (normal, normal, 0.0);
-    if features.has(SMOOTH) {
+    if features.has::<SMOOTH>() {
         let mixed = vertices.normal(a, b, c);
         let square = mixed.dot(mixed);
         // Otherwise the triangle is flat, or its normals cancel.

@@ -10,7 +10,7 @@ macro_rules! visit_node {
         if !$child.is_leaf() {
             // SAFETY: the caller's promise for each child's index.
             let node = unsafe { load::<BvhNode>($scene.nodes, $child.index()) };
-            let padded = $features.has(PADDED_BOXES);
+            let padded = $features.has::<PADDED_BOXES>();
             let BoxHits { first, second, t_first, t_second } =
                 intersect_boxes(padded, $ray.origin, &$reciprocals, &node, $hit.distance);
             if first {
@@ -133,7 +133,7 @@ unsafe fn closest_of_all<const POSSIBLE: Features>(
     let mut primitive = 0;
     let mut visits = Visits::NONE;
     while primitive < params.primitive_count {
-        if features.has(COUNTED) {
+        if features.has::<COUNTED>() {
             visits.leaves += 1;
         }
         // SAFETY: the caller's promise that there are `primitive_count` primitives.
@@ -147,7 +147,7 @@ unsafe fn closest_of_all<const POSSIBLE: Features>(
         primitive += 1;
     }
     let is_done = query.any_hit && hit.primitive != NO_PRIMITIVE && hit.primitive != query.light_primitive;
-    if features.has(INSTANCES) && !is_done {
+    if features.has::<INSTANCES>() && !is_done {
         // SAFETY: the caller's promise.
         unsafe { closest_of_instances(features, params, scene, ray, query, &mut hit, &mut visits) };
     }
@@ -179,7 +179,7 @@ unsafe fn closest_of_instances<const POSSIBLE: Features>(
         let mut index = 0;
         while index < entry.triangle_count {
             let primitive = entry.first_triangle + index;
-            if features.has(COUNTED) {
+            if features.has::<COUNTED>() {
                 visits.leaves += 1;
             }
             // SAFETY: the caller's promise.
@@ -273,12 +273,12 @@ unsafe fn search<const POSSIBLE: Features>(
     query: RayQuery,
     root: Child,
 ) -> (Hit, Visits) {
-    if features.has(LINEAR) {
+    if features.has::<LINEAR>() {
         // SAFETY: the caller's promise.
         return unsafe { closest_of_all(features, params, scene, ray, query) };
     }
     #[cfg(not(any(target_arch = "nvptx64", target_arch = "spirv")))]
-    if features.has(WIDE) {
+    if features.has::<WIDE>() {
         // SAFETY: the caller's promise for the wide tree, and for the instruction sets that
         // features name.
         return unsafe { crate::wide::dispatch(features, params, scene, ray, query) };

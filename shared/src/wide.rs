@@ -42,10 +42,10 @@ pub unsafe fn dispatch<const POSSIBLE: Features>(
     query: RayQuery,
 ) -> (Hit, Visits) {
     #[cfg(target_arch = "x86_64")]
-    if features.has(AVX512) {
+    if features.has::<AVX512>() {
         // SAFETY: the caller's promise.
         return unsafe { closest_hit(features, crate::simd::Avx512::assume(), params, scene, ray, query) };
-    } else if features.has(AVX2) {
+    } else if features.has::<AVX2>() {
         // SAFETY: the caller's promise.
         return unsafe { closest_hit(features, crate::simd::Avx2::assume(), params, scene, ray, query) };
     }
@@ -103,7 +103,7 @@ pub unsafe fn closest_hit<const POSSIBLE: Features, L: Simd>(
     let mut child = tree.root;
     let mut visits = Visits::NONE;
     'search: loop {
-        if features.has(COUNTED) {
+        if features.has::<COUNTED>() {
             visits.nodes += u32::from(!child.is_leaf());
             visits.leaves += u32::from(child.is_leaf());
         }
@@ -129,7 +129,7 @@ pub unsafe fn closest_hit<const POSSIBLE: Features, L: Simd>(
                 };
                 depth += l.push_sorted(entry, exit, &node.children, *borrow(&node.order.0, octant), top);
             }
-        } else if features.has(INSTANCES) && child.holds(LeafKind::Instance) {
+        } else if features.has::<INSTANCES>() && child.holds(LeafKind::Instance) {
             if child == WideChild::LEAVE {
                 (local, instance) = (ray, NO_INSTANCE);
             } else {
@@ -147,7 +147,7 @@ pub unsafe fn closest_hit<const POSSIBLE: Features, L: Simd>(
             }
             prepared = black_box(PreparedRay::new(local));
             slabs = SlabRay::new(l, local);
-        } else if features.has(PLANAR) && child.holds(LeafKind::Planar) {
+        } else if features.has::<PLANAR>() && child.holds(LeafKind::Planar) {
             let primitive = child.index();
             // SAFETY: the caller's promise.
             let t = unsafe { distance(features, params, scene, ray, &Shear::new(direction), primitive) };
@@ -162,7 +162,7 @@ pub unsafe fn closest_hit<const POSSIBLE: Features, L: Simd>(
             let (count, origin_primitive) = (child.count(), local.origin_primitive);
             // SAFETY: the caller's promise for each child's index.
             let (mut hits, t, primitives) = unsafe {
-                if features.has(TRIANGLES) && child.holds(LeafKind::Triangles) {
+                if features.has::<TRIANGLES>() && child.holds(LeafKind::Triangles) {
                     let packet = borrow(tree.triangles, child.packet());
                     let (lanes, departure) = (child.lanes(), origin_primitive.primitive());
                     let (hits, t) = intersect_triangles(l, packet, lanes, &prepared, departure, best);

@@ -27,7 +27,7 @@ impl BookLobe for Dielectric {
         // Total reflection if not above zero.
         if radicand > 0.0 {
             let cos_refracted = sqrt(radicand);
-            let reflectance = if features.has(SCHLICK) {
+            let reflectance = if features.has::<SCHLICK>() {
                 fresnel::schlick(cos, eta)
             } else {
                 fresnel::dielectric(cos, cos_refracted, eta)

@@ -2,7 +2,7 @@
 //! each material says what the facet does.
 
 use super::{Bsdf, BsdfEval, BsdfSample, ZERO_EVAL, is_layered, of_microfacets, reflect, uses_microfacets};
-use crate::features::{FeatureSet, Features, MICROFACETS, of_material};
+use crate::features::{FeatureSet, Features};
 use crate::material::{Material, SINGLE_SCATTERING};
 use crate::math::{max, min, sqrt, unit_circle, unit_f32};
 use crate::microfacet::{
@@ -13,14 +13,6 @@ use crate::microfacet_albedo::{lost_share, mean_lost_share, scattered_again};
 use crate::rng::Words;
 use crate::stretched_albedo::{mean_stretched_lost_share, stretched_lost_share};
 use glam::Vec3;
-
-/// Returns whether `kind`, which is at least `of`, equals it. A kernel without greater kinds
-/// compares nothing.
-#[inline(always)]
-pub(super) fn is_kind<const POSSIBLE: Features>(features: FeatureSet<POSSIBLE>, kind: u32, of: u32) -> bool {
-    let bit = of_material(of);
-    features.has(bit) && (kind == of || !features.has_any(MICROFACETS & !(bit | (bit - 1))))
-}
 
 /// A microfacet material. Vectors are in the shading frame.
 pub(super) trait MicrofacetLobe {

@@ -76,9 +76,9 @@ macro_rules! of_book {
     ($features:expr, $kind:expr, $($item:tt)+) => {{
         use $crate::bsdf::{DIELECTRIC, METAL, book::BookLobe, dielectric, lambertian, metal};
         use $crate::features::of_material;
-        if $features.has(of_material(METAL)) && $kind == METAL {
+        if $features.has::<{ of_material(METAL) }>() && $kind == METAL {
             metal::Metal::$($item)+
-        } else if $features.has(of_material(DIELECTRIC)) && $kind == DIELECTRIC {
+        } else if $features.has::<{ of_material(DIELECTRIC) }>() && $kind == DIELECTRIC {
             dielectric::Dielectric::$($item)+
         } else {
             lambertian::Lambertian::$($item)+
@@ -90,14 +90,15 @@ macro_rules! of_book {
 /// has. The arms are in the order of the kinds.
 macro_rules! of_microfacets {
     ($features:expr, $kind:expr, $($item:tt)+) => {{
-        use $crate::bsdf::microfacets::{MicrofacetLobe, is_kind};
+        use $crate::bsdf::microfacets::MicrofacetLobe;
         use $crate::bsdf::{CONDUCTOR, METALLIC_ROUGHNESS, ROUGH_DIELECTRIC};
         use $crate::bsdf::{conductor, layered, metallic_roughness, rough_dielectric};
-        if is_kind($features, $kind, CONDUCTOR) {
+        use $crate::features::{of_greater_kinds, of_material};
+        if $features.is_kind::<{ of_material(CONDUCTOR) }, { of_greater_kinds(CONDUCTOR) }>($kind, CONDUCTOR) {
             conductor::Conductor::$($item)+
-        } else if is_kind($features, $kind, ROUGH_DIELECTRIC) {
+        } else if $features.is_kind::<{ of_material(ROUGH_DIELECTRIC) }, { of_greater_kinds(ROUGH_DIELECTRIC) }>($kind, ROUGH_DIELECTRIC) {
             rough_dielectric::RoughDielectric::$($item)+
-        } else if is_kind($features, $kind, METALLIC_ROUGHNESS) {
+        } else if $features.is_kind::<{ of_material(METALLIC_ROUGHNESS) }, { of_greater_kinds(METALLIC_ROUGHNESS) }>($kind, METALLIC_ROUGHNESS) {
             metallic_roughness::MetallicRoughness::$($item)+
         } else {
             layered::Layered::$($item)+
@@ -126,13 +127,13 @@ pub const fn is_microfacet(kind: u32) -> bool {
 /// Returns whether a material of this kind is layered, in a kernel with `features`.
 #[inline(always)]
 pub fn is_layered<const POSSIBLE: Features>(features: FeatureSet<POSSIBLE>, kind: u32) -> bool {
-    features.has(LAYERS) && kind == LAYERED
+    features.has::<LAYERS>() && kind == LAYERED
 }
 
 /// Returns whether a material of this kind is a microfacet material, in a kernel with `features`.
 #[inline(always)]
 fn uses_microfacets<const POSSIBLE: Features>(features: FeatureSet<POSSIBLE>, kind: u32) -> bool {
-    features.has_any(MICROFACETS) && (!features.has_any(BOOK) || is_microfacet(kind))
+    features.has::<MICROFACETS>() && (!features.has::<BOOK>() || is_microfacet(kind))
 }
 
 /// BSDF of a material at a point, seen from a given direction.
@@ -191,15 +192,15 @@ impl Bsdf {
     ) -> Self {
         let normal = normals.shading;
         let (mut x, mut y, mut local) = (Vec3::X, Vec3::Y, Vec3::Z);
-        if features.has_any(MICROFACETS) {
+        if features.has::<MICROFACETS>() {
             (x, y) = basis(normal);
             local = -Vec3::new(incoming.dot(x), incoming.dot(y), incoming.dot(normal));
             local.z = max(local.z, 1e-6);
         }
         let alpha = material.roughness * material.roughness;
         let (mut mapped, mut smooth, mut is_mapped) = (Vec3::Z, Vec3::Z, false);
-        if features.has(NORMAL_MAPS) && normals.is_mapped {
-            if !features.has_any(MICROFACETS) {
+        if features.has::<NORMAL_MAPS>() && normals.is_mapped {
+            if !features.has::<MICROFACETS>() {
                 (x, y) = basis(normal);
             }
             let (m, n) = (normals.mapped, normals.smooth);
@@ -310,7 +311,7 @@ impl Bsdf {
         let mut of_light = ZERO_EVAL;
         if uses_microfacets(features, self.material.kind) {
             let (mut sample, local, is_pending) = self.propose_microfacets(features, random);
-            let mut at_light = features.has(NEE) && evaluates;
+            let mut at_light = features.has::<NEE>() && evaluates;
             let mut remaining = at_light || is_pending;
             while remaining {
                 let eval = self.evaluate_microfacets(
@@ -338,7 +339,7 @@ impl Bsdf {
         if self.is_mapped_lambertian(features) {
             sample.weight *= self.bump_shadowing(self.world_to_local(scatter.direction));
         }
-        if features.has(NEE) && evaluates {
+        if features.has::<NEE>() && evaluates {
             of_light = self.evaluate_book(features, light);
         }
         (sample, of_light)

@@ -54,6 +54,6 @@ impl Bsdf {
         &self,
         features: FeatureSet<POSSIBLE>,
     ) -> bool {
-        features.has(NORMAL_MAPS) && self.is_mapped && self.material.kind == LAMBERTIAN
+        features.has::<NORMAL_MAPS>() && self.is_mapped && self.material.kind == LAMBERTIAN
     }
 }

@@ -81,13 +81,13 @@ pub unsafe fn load_material<const POSSIBLE: Features>(
     if layered {
         // SAFETY: the host put the material's layers there, and their textures behind them.
         layers = unsafe { load_layers(scene.materials, material.layers) };
-        if features.has(TEXTURES) {
+        if features.has::<TEXTURES>() {
             // SAFETY: see above.
             of_layers = unsafe { load_layer_textures(scene.materials, material.layers + 1) };
         }
     }
-    if features.has(TEXTURES) {
-        let mut last = if features.has(NORMAL_MAPS) { NORMAL } else { TRANSMISSION };
+    if features.has::<TEXTURES>() {
+        let mut last = if features.has::<NORMAL_MAPS>() { NORMAL } else { TRANSMISSION };
         if layered {
             last = LAST_OF_LAYERS;
         }
@@ -99,12 +99,12 @@ pub unsafe fn load_material<const POSSIBLE: Features>(
                 texture_of(features, &material, slot)
             };
             // Without normal maps that slot is no other's.
-            let skipped = layered && slot == NORMAL && !features.has(NORMAL_MAPS);
+            let skipped = layered && slot == NORMAL && !features.has::<NORMAL_MAPS>();
             if wanted & slot != 0 && texture != NO_TEXTURE && !skipped {
                 // SAFETY: the caller's promise.
                 let t = unsafe { load::<Texture>(scene.textures, texture) };
                 let (mut u, mut v) = (at.u, at.v);
-                if features.has(ATTRIBUTES) && t.flags & SECOND_SET != 0 {
+                if features.has::<ATTRIBUTES>() && t.flags & SECOND_SET != 0 {
                     (u, v) = (at.attributes.u, at.attributes.v);
                 }
                 // SAFETY: the caller's promise.
@@ -119,7 +119,7 @@ pub unsafe fn load_material<const POSSIBLE: Features>(
                     material.metallic *= c.z;
                 } else if slot == EMISSION {
                     material.emission *= Vec3::new(c.x, c.y, c.z);
-                } else if !features.has(NORMAL_MAPS) || slot == TRANSMISSION {
+                } else if !features.has::<NORMAL_MAPS>() || slot == TRANSMISSION {
                     material.transmission *= c.x;
                 } else {
                     let scale = material.normal_scale;
@@ -129,7 +129,7 @@ pub unsafe fn load_material<const POSSIBLE: Features>(
             slot <<= 1;
         }
     }
-    if features.has(ATTRIBUTES) && wanted & ALBEDO != 0 {
+    if features.has::<ATTRIBUTES>() && wanted & ALBEDO != 0 {
         material.albedo *= at.attributes.color;
         material.opacity *= at.attributes.opacity;
         if material.flags & UNLIT != 0 {
@@ -224,7 +224,7 @@ fn texture_of<const POSSIBLE: Features>(
         material.metallic_roughness_texture
     } else if slot == EMISSION {
         material.emission_texture
-    } else if !features.has(NORMAL_MAPS) || slot == TRANSMISSION {
+    } else if !features.has::<NORMAL_MAPS>() || slot == TRANSMISSION {
         material.transmission_texture
     } else {
         material.normal_texture
@@ -235,7 +235,7 @@ fn texture_of<const POSSIBLE: Features>(
 /// does not pass straight through.
 #[inline(always)]
 pub fn opacity<const POSSIBLE: Features>(features: FeatureSet<POSSIBLE>, material: &Material) -> f32 {
-    if !features.has(HOLES) || material.flags & (MASKED | BLENDED) == 0 {
+    if !features.has::<HOLES>() || material.flags & (MASKED | BLENDED) == 0 {
         1.0
     } else if material.flags & MASKED == 0 {
         material.opacity

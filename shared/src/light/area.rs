@@ -63,10 +63,10 @@ pub(super) unsafe fn sample<const POSSIBLE: Features>(
         // SAFETY: as above.
         let vertices = unsafe { TriangleVertices::load(scene.vertices, &triangle) };
         material = vertices.a.material;
-        if features.has_any(TEXTURES | ATTRIBUTES) {
+        if features.has::<{ TEXTURES | ATTRIBUTES }>() {
             (texture_u, texture_v) = vertices.uv(a, b, c);
         }
-        if features.has(ATTRIBUTES) && vertices.have_attributes() {
+        if features.has::<ATTRIBUTES>() && vertices.have_attributes() {
             // SAFETY: as above.
             attributes = unsafe { vertices.attributes(scene.vertices, a, b, c) };
         }
@@ -111,7 +111,7 @@ pub(super) unsafe fn sample<const POSSIBLE: Features>(
             normal = unit_sphere(random.x, random.y);
             target = sphere.center + normal * sphere.radius;
         }
-        if features.has(TEXTURES) {
+        if features.has::<TEXTURES>() {
             texture_u = 0.5 + atan2_turns(-normal.z, normal.x);
             texture_v = 2.0 * atan2_turns(sqrt(normal.x * normal.x + normal.z * normal.z), normal.y);
         }
@@ -120,7 +120,7 @@ pub(super) unsafe fn sample<const POSSIBLE: Features>(
     let square = to.dot(to);
     // SAFETY: each primitive's material and its textures are in range.
     let material = unsafe {
-        let wanted = if features.has(HOLES) { slots::EMISSION | slots::ALBEDO } else { slots::EMISSION };
+        let wanted = if features.has::<HOLES>() { slots::EMISSION | slots::ALBEDO } else { slots::EMISSION };
         let at = TexturePoint { u: texture_u, v: texture_v, attributes };
         load_material(features, scene, material, wanted, at).material
     };
@@ -133,7 +133,7 @@ pub(super) unsafe fn sample<const POSSIBLE: Features>(
     if square <= 0.0 || cos == 0.0 || !material.emits(cos > 0.0) {
         return NO_LIGHT;
     }
-    let by_area = if features.has(LIGHT_TREE) { light.intensity.x } else { material.light_pdf };
+    let by_area = if features.has::<LIGHT_TREE>() { light.intensity.x } else { material.light_pdf };
     LightSample {
         direction,
         t_max: distance * 1.001, // only to skip what lies behind

@@ -90,7 +90,7 @@ pub unsafe fn sample<const POSSIBLE: Features>(
     random: Words,
     choice: u32,
 ) -> LightSample {
-    if features.has(ENVIRONMENT) && unit_f32(choice) < params.environment_probability {
+    if features.has::<ENVIRONMENT>() && unit_f32(choice) < params.environment_probability {
         // SAFETY: a probability above zero means that there is an environment map.
         let sky = unsafe { environment::sample(params, scene, random) };
         return LightSample {
@@ -102,11 +102,11 @@ pub unsafe fn sample<const POSSIBLE: Features>(
             is_delta: false,
         };
     }
-    if !features.has_any(EMITTERS | PUNCTUAL) || params.light_count == 0 {
+    if !features.has::<{ EMITTERS | PUNCTUAL }>() || params.light_count == 0 {
         return NO_LIGHT;
     }
     let mut light: Light;
-    if features.has(LIGHT_TREE) {
+    if features.has::<LIGHT_TREE>() {
         // SAFETY: the feature says that there is a tree.
         let choice = unsafe { tree::choose(params, scene, &from, random) };
         if choice.light == tree::NO_CHOICE {
@@ -125,7 +125,7 @@ pub unsafe fn sample<const POSSIBLE: Features>(
             }
         }
     }
-    if !features.has(PUNCTUAL) || (features.has(EMITTERS) && light.kind == AREA) {
+    if !features.has::<PUNCTUAL>() || (features.has::<EMITTERS>() && light.kind == AREA) {
         // SAFETY: the caller's promise for the light's primitive.
         unsafe { area::sample(features, params, scene, &light, from, random) }
     } else if light.kind == DIRECTIONAL {
@@ -157,7 +157,7 @@ pub unsafe fn pdf<const POSSIBLE: Features>(
     let mut by_area = light_pdf;
     // SAFETY: the caller's promise; the feature says that there is a tree.
     unsafe {
-        if features.has(LIGHT_TREE) {
+        if features.has::<LIGHT_TREE>() {
             by_area = tree::area_pdf(params, scene, &from, primitive);
         }
         area::pdf(features, params, scene, primitive, by_area, from, distance, cos)

@@ -148,7 +148,7 @@ impl Path {
         compensation: &mut Compensation,
     ) {
         sums.add(clamped(self.radiance, params.max_radiance), compensation, params.flags & FLAG_OPAQUE_ZERO);
-        sums.segments += if features.has_any(NEE | HOLES) { self.rays } else { self.segment };
+        sums.segments += if features.has::<{ NEE | HOLES }>() { self.rays } else { self.segment };
         self.key.sample += 1;
         self.needs_camera_ray = true;
         self.segment = 0;
@@ -159,11 +159,11 @@ impl Path {
     /// Returns the query of the current ray.
     #[inline(always)]
     fn query<const POSSIBLE: Features>(&self, features: FeatureSet<POSSIBLE>) -> RayQuery {
-        if features.has(NEE) && self.shadow {
+        if features.has::<NEE>() && self.shadow {
             RayQuery {
                 t_max: self.shadow_t_max,
                 light_primitive: self.light_primitive,
-                any_hit: !features.has(HOLES),
+                any_hit: !features.has::<HOLES>(),
             }
         } else {
             RayQuery::CLOSEST

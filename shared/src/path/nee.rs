@@ -27,7 +27,7 @@ pub(super) unsafe fn weighted_emission<const POSSIBLE: Features>(
 ) -> Vec3 {
     let Vertex { ray, hit, surface, material, .. } = vertex;
     let mut emission = material.emission;
-    if features.has(NEE) && path.pdf > 0.0 && params.light_count > 0 {
+    if features.has::<NEE>() && path.pdf > 0.0 && params.light_count > 0 {
         let from = ReferencePoint {
             point: ray.origin - ray.direction * path.skipped_distance,
             primitive: path.vertex_primitive,
@@ -90,7 +90,7 @@ pub(super) unsafe fn sample_direct_light<const POSSIBLE: Features>(
     let Vertex { hit, surface, .. } = vertex;
     let random = words(features, path.key, LIGHT_BLOCK | path.segment);
     let mut choice = 0;
-    if features.has(ENVIRONMENT) && features.has_any(EMITTERS | PUNCTUAL) && params.light_count > 0 {
+    if features.has::<ENVIRONMENT>() && features.has::<{ EMITTERS | PUNCTUAL }>() && params.light_count > 0 {
         choice = words(features, path.key, PANORAMA_BLOCK | path.segment).x;
     }
     let normal = bsdf.reflecting_normal(features);

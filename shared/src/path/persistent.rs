@@ -98,7 +98,7 @@ pub unsafe fn render_persistent<const POSSIBLE: Features>(
                             load_shared::<Compensation>(compensations, pixel),
                         )
                     };
-                } else if features.has(AOVS) {
+                } else if features.has::<AOVS>() {
                     // SAFETY: the pixel lies inside the image.
                     unsafe { store_shared(aovs, pixel, AovSums::ZERO) };
                 }
@@ -109,7 +109,7 @@ pub unsafe fn render_persistent<const POSSIBLE: Features>(
         }
         let needs_camera_ray = path.needs_camera_ray;
         let mut has_hit = false;
-        if features.has(INTERLEAVED) && !features.has(LINEAR) {
+        if features.has::<INTERLEAVED>() && !features.has::<LINEAR>() {
             let begins = busy && !searching;
             let root = if needs_camera_ray { tile_entry } else { Child(params.root) };
             if begins && needs_camera_ray {
@@ -185,7 +185,7 @@ fn traces_now<const POSSIBLE: Features>(
     needs_camera_ray: bool,
 ) -> bool {
     let mut traces = busy;
-    if warp::HAS_WARP_VOTES && !features.has_any(NEE) {
+    if warp::HAS_WARP_VOTES && !features.has::<NEE>() {
         let camera_lanes = warp::count(busy && needs_camera_ray);
         let traces_camera_rays = camera_lanes >= MIN_CAMERA_LANES || camera_lanes == warp::count(busy);
         let has_tile_entries = params.first_tile_entry != NO_TILE_ENTRIES;

@@ -55,7 +55,7 @@ pub unsafe fn render_pixel<const POSSIBLE: Features>(
         unsafe {
             store(film, slot, PixelSums::ZERO);
             store(compensations, slot, Compensation::ZERO);
-            if features.has(AOVS) {
+            if features.has::<AOVS>() {
                 store_shared(aovs, pixel, AovSums::ZERO);
             }
         }
@@ -74,11 +74,11 @@ pub unsafe fn render_pixel<const POSSIBLE: Features>(
             // SAFETY: the caller's promise.
             ended = unsafe { trace_segment(features, params, scene, &mut path, root, aovs) };
             root = Child(params.root);
-            if ended || features.has(REGENERATE) {
+            if ended || features.has::<REGENERATE>() {
                 break;
             }
         }
-        if !features.has(REGENERATE) {
+        if !features.has::<REGENERATE>() {
             warp::sync_warp();
         }
         if ended {

@@ -42,7 +42,7 @@ impl Path {
         self.rays += 1;
         let mut ended = true;
         let blocked = hit.primitive != NO_PRIMITIVE && hit.primitive != self.light_primitive;
-        if features.has(NEE) && self.shadow && !(features.has(HOLES) && blocked) {
+        if features.has::<NEE>() && self.shadow && !(features.has::<HOLES>() && blocked) {
             if !blocked {
                 self.radiance += self.pending_light;
             }
@@ -101,7 +101,7 @@ impl Path {
     ) {
         let direction = self.ray.direction;
         let mut sky = params.sky.radiance(direction);
-        if features.has(ENVIRONMENT) && params.environment_width > 0 {
+        if features.has::<ENVIRONMENT>() && params.environment_width > 0 {
             // SAFETY: the caller's promise.
             let from = unsafe { environment::radiance(params, scene, direction) };
             let light_pdf = from.pdf * params.environment_probability;
@@ -111,7 +111,7 @@ impl Path {
             sky = Vec3::ZERO;
         }
         self.radiance += self.throughput * sky;
-        if features.has(AOVS) && self.segment == 1 {
+        if features.has::<AOVS>() && self.segment == 1 {
             // SAFETY: the caller's promise.
             unsafe { aovs::update_pixel(aovs, self.key.pixel, |g: &mut AovSums| g.add_miss(sky)) };
         }
@@ -133,7 +133,7 @@ impl Path {
         hit: Hit,
         aovs: &mut SharedSlice<AovSums>,
     ) -> bool {
-        let is_shadow = features.has(NEE) && features.has(HOLES) && self.shadow;
+        let is_shadow = features.has::<NEE>() && features.has::<HOLES>() && self.shadow;
         let wanted = if is_shadow { slots::ALBEDO } else { slots::ALL };
         // SAFETY: the caller's promise.
         let vertex = unsafe { Vertex::at(features, params, scene, self.ray, hit, wanted) };
@@ -141,12 +141,12 @@ impl Path {
             return self.attenuate(features, &vertex);
         }
         self.segment += 1;
-        if features.has(LAYERS) {
+        if features.has::<LAYERS>() {
             self.absorb(hit.distance);
         }
         let front = vertex.is_front();
         let mut passed = false;
-        if features.has(HOLES) && vertex.material.flags & (MASKED | BLENDED) != 0 {
+        if features.has::<HOLES>() && vertex.material.flags & (MASKED | BLENDED) != 0 {
             let alpha = vertex.opacity(features);
             passed = unit_f32(self.key.words(PASS_BLOCK | self.segment << 10 | self.passes).x) >= alpha;
         }
@@ -158,13 +158,13 @@ impl Path {
             return self.passes > MAX_PASSES;
         }
         let mut emitted = Vec3::ZERO;
-        if features.has(EMITTERS) && vertex.material.emits(front) {
+        if features.has::<EMITTERS>() && vertex.material.emits(front) {
             // SAFETY: the caller's promise.
             emitted = unsafe { weighted_emission(features, params, scene, self, &vertex) };
             self.radiance += self.throughput * emitted;
         }
         let continues = self.segment < params.max_depth;
-        let writes_aovs = features.has(AOVS) && self.segment == 1;
+        let writes_aovs = features.has::<AOVS>() && self.segment == 1;
         let mut ended = true;
         if continues || writes_aovs {
             let normals = vertex.facing_normals(features, params, front);
@@ -190,14 +190,14 @@ impl Path {
                 let random = words(features, self.key, self.segment);
                 let (direction, evaluates) = (connection.light.direction, connection.is_possible);
                 let (scatter, eval) = bsdf.sample_and_evaluate(features, random, direction, evaluates);
-                if features.has(NEE) {
+                if features.has::<NEE>() {
                     self.begin_connection(&connection, eval);
-                    if features.has(LAYERS) {
+                    if features.has::<LAYERS>() {
                         self.absorb_connection(features, &vertex, &connection, front);
                     }
                 }
                 self.scatter(features, params, &vertex, &normals, &scatter, random.w);
-                if features.has(LIGHT_TREE) {
+                if features.has::<LIGHT_TREE>() {
                     self.vertex_normal = bsdf.reflecting_normal(features);
                 }
                 if is_layered(features, vertex.material.kind)
@@ -209,7 +209,7 @@ impl Path {
                 let inside = front == scatter.transmitted;
                 self.continuation = vertex.leave(features, scatter.direction, inside);
                 ended = !self.continues && !self.shadow;
-                self.ray = if features.has(NEE) && self.shadow {
+                self.ray = if features.has::<NEE>() && self.shadow {
                     vertex.leave(features, direction, connection.inside)
                 } else {
                     self.continuation
@@ -309,7 +309,7 @@ impl Path {
         bsdf: &Bsdf,
         front: bool,
     ) -> Connection {
-        if features.has(NEE)
+        if features.has::<NEE>()
             && (params.light_count > 0 || params.environment_probability > 0.0)
             && bsdf.has_non_delta_lobe(features)
         {
@@ -349,10 +349,10 @@ impl Path {
             let is_lifted = !scatter.transmitted && vertex.surface.smooth_height > 0.0;
             self.continues &= is_below == scatter.transmitted || is_lifted;
         }
-        if features.has(NEE) {
+        if features.has::<NEE>() {
             self.continues &= max_component(self.throughput) > 0.0;
         }
-        if features.has(ROULETTE) && self.segment >= params.roulette_from {
+        if features.has::<ROULETTE>() && self.segment >= params.roulette_from {
             let probability = min(max_component(self.throughput), 1.0);
             self.continues &= unit_f32(survival) < probability;
             self.throughput *= 1.0 / probability;

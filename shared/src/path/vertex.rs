@@ -55,11 +55,11 @@ impl Vertex {
             (surface, load_material(features, scene, surface.material, wanted, place))
         };
         let (mut normal, mut is_mapped) = (surface.shading_normal, false);
-        if features.has(NORMAL_MAPS) && textured.material.normal_texture != NO_TEXTURE {
+        if features.has::<NORMAL_MAPS>() && textured.material.normal_texture != NO_TEXTURE {
             (normal, is_mapped) = (mapped_normal(&surface, textured.normal), true);
         }
         let TexturedMaterial { material, mut layers, .. } = textured;
-        if features.has(NORMAL_MAPS)
+        if features.has::<NORMAL_MAPS>()
             && is_layered(features, material.kind)
             && layers.coat_normal != Vec3::ZERO
         {
@@ -106,7 +106,7 @@ impl Vertex {
         let mut origin_primitive = OriginPrimitive::new(self.hit.primitive, inside);
         let mut height = error_bound;
         // Light that is reflected, near the horizon of a triangle that stands for a smooth surface.
-        if features.has(SMOOTH) && smooth_height > 0.0 && inside != self.is_front() {
+        if features.has::<SMOOTH>() && smooth_height > 0.0 && inside != self.is_front() {
             let cos = direction.dot(if inside { -normal } else { normal });
             height += lift(smooth_height, cos);
             // Below the horizon the ray may meet its own triangle, from above.
@@ -114,7 +114,7 @@ impl Vertex {
                 origin_primitive = OriginPrimitive::NONE;
             }
         }
-        let origin = if features.has_any(PLANAR | TRIANGLES) {
+        let origin = if features.has::<{ PLANAR | TRIANGLES }>() {
             surface::offset_ray_origin(point, normal, height, !inside)
         } else {
             point
@@ -134,7 +134,7 @@ impl Vertex {
         let geometric = if front { normal } else { -normal };
         let (mut shading, mut mapped, mut smooth) = (geometric, geometric, geometric);
         // Only a triangle has a shading normal of its own: others keep their bits in every kernel.
-        let differ = features.has(TRIANGLES) && self.hit.primitive >= params.first_triangle;
+        let differ = features.has::<TRIANGLES>() && self.hit.primitive >= params.first_triangle;
         if differ {
             shading = if front { self.mapped_normal } else { -self.mapped_normal };
             (mapped, smooth) = (shading, if front { shading_normal } else { -shading_normal });
@@ -143,7 +143,7 @@ impl Vertex {
                 shading = bend_shading_normal(shading, geometric, -self.ray.direction);
             }
         }
-        let is_mapped = features.has(NORMAL_MAPS) && self.is_mapped && differ;
+        let is_mapped = features.has::<NORMAL_MAPS>() && self.is_mapped && differ;
         FacingNormals { geometric, differ, of_bsdf: BsdfNormals { shading, is_mapped, mapped, smooth } }
     }
 }
@@ -168,7 +168,7 @@ impl FacingNormals {
         viewer: Vec3,
     ) -> Vec3 {
         let mut normal = Vec3::ZERO;
-        if features.has(NORMAL_MAPS) {
+        if features.has::<NORMAL_MAPS>() {
             if mapped != Vec3::ZERO {
                 normal = bend_shading_normal(mapped, self.geometric, viewer);
             } else if self.of_bsdf.is_mapped {

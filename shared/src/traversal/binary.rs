@@ -60,13 +60,18 @@ pub unsafe fn closest_in_tree<const POSSIBLE: Features>(
     }
     macro_rules! visit {
         () => {
-            if features.has(COUNTED) {
+            if features.has::<COUNTED>() {
                 visits.nodes += 1;
             }
             // SAFETY: the caller's promise for each child's index.
             let node = unsafe { load::<BvhNode>(scene.nodes, child.index()) };
-            let BoxHits { first, second, t_first, t_second } =
-                intersect_boxes(features.has(PADDED_BOXES), local.origin, &reciprocals, &node, hit.distance);
+            let BoxHits { first, second, t_first, t_second } = intersect_boxes(
+                features.has::<PADDED_BOXES>(),
+                local.origin,
+                &reciprocals,
+                &node,
+                hit.distance,
+            );
             if first {
                 if second {
                     let second_is_near = t_second < t_first;
@@ -88,10 +93,10 @@ pub unsafe fn closest_in_tree<const POSSIBLE: Features>(
     }
     macro_rules! test {
         () => {
-            if features.has(COUNTED) {
+            if features.has::<COUNTED>() {
                 visits.leaves += u32::from(child != Child::LEAVE);
             }
-            if features.has(INSTANCES) && child.index() >= params.first_instance {
+            if features.has::<INSTANCES>() && child.index() >= params.first_instance {
                 cross_instance!(
                     params,
                     scene,
@@ -124,7 +129,7 @@ pub unsafe fn closest_in_tree<const POSSIBLE: Features>(
         };
     }
     // `pop` sets `EMPTY` when the stack is empty. Its top bit is set, so it counts as a leaf.
-    if cfg!(target_arch = "spirv") && features.has_any(HEAVY) {
+    if cfg!(target_arch = "spirv") && features.has::<HEAVY>() {
         while child != Child::EMPTY {
             if !child.is_leaf() {
                 visit!();

@@ -45,7 +45,7 @@ pub unsafe fn closest_in_tree<const POSSIBLE: Features>(
     let mut visits = Visits::NONE;
     macro_rules! visit {
         () => {
-            if features.has(COUNTED) {
+            if features.has::<COUNTED>() {
                 visits.nodes += u32::from(!child.is_leaf());
             }
             visit_node!(features, scene, local, reciprocals, hit, child, depth, &mut stack);
@@ -56,10 +56,10 @@ pub unsafe fn closest_in_tree<const POSSIBLE: Features>(
         visit!();
         visit!();
         if child.is_leaf() && child != Child::EMPTY {
-            if features.has(COUNTED) {
+            if features.has::<COUNTED>() {
                 visits.leaves += u32::from(child != Child::LEAVE);
             }
-            if features.has(INSTANCES) && child.index() >= params.first_instance {
+            if features.has::<INSTANCES>() && child.index() >= params.first_instance {
                 cross_instance!(
                     params,
                     scene,

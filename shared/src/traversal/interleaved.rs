@@ -97,7 +97,7 @@ impl Search {
         // Made anew for each turn, because they would take registers while the lane shades.
         let Self { mut child, mut depth, mut instance, mut hit } = *self;
         let mut local = ray;
-        if features.has(INSTANCES) && instance != NO_INSTANCE {
+        if features.has::<INSTANCES>() && instance != NO_INSTANCE {
             // SAFETY: the search has passed into this instance.
             local = unsafe { instance::entry(params, scene, instance) }.enter(ray, instance);
         }
@@ -114,7 +114,7 @@ impl Search {
             // Two nodes before a leaf, as without turns.
             visit!();
             visit!();
-            if features.has(INSTANCES)
+            if features.has::<INSTANCES>()
                 && child.is_leaf()
                 && child != Child::EMPTY
                 && child.index() >= params.first_instance

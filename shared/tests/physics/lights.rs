@@ -9,7 +9,7 @@ use glam::{DVec3, Vec3};
 use trisect_shared::attributes::MeshVertex;
 use trisect_shared::bsdf::LAMBERTIAN;
 use trisect_shared::bvh::NO_PRIMITIVE;
-use trisect_shared::features::{EMITTERS, FeatureSet, SHAPES};
+use trisect_shared::features::{EMITTERS, FeatureSet, Features, SHAPES};
 use trisect_shared::light::{Light, LightSample, ReferencePoint, pdf, sample};
 use trisect_shared::material::{EMITS_BOTH_SIDES, Material};
 use trisect_shared::params::RenderParams;
@@ -19,7 +19,7 @@ use trisect_shared::scene::Scene;
 use trisect_shared::sphere::{MISS, Sphere};
 use trisect_shared::triangle::Triangle;
 
-const F: u32 = EMITTERS | SHAPES;
+const F: Features = EMITTERS | SHAPES;
 
 /// The only light of a scene.
 #[derive(Clone, Copy)]

@@ -4,7 +4,7 @@ use crate::record::{Input, Output, ProbeParams, row, vector, words};
 use glam::UVec4;
 use trisect_shared::bsdf::{Bsdf, BsdfNormals};
 use trisect_shared::buffer::load;
-use trisect_shared::features::{BOOK, FeatureSet, MICROFACETS, SCHLICK};
+use trisect_shared::features::{BOOK, FeatureSet, MICROFACETS, SCHLICK, to_words};
 use trisect_shared::material::Material;
 use trisect_shared::scene::Scene;
 
@@ -26,8 +26,10 @@ pub const EVALUATE: u32 = 2;
 #[inline(always)]
 #[allow(unsafe_code, reason = "reads the scene without bounds checks, as the kernels do")]
 pub unsafe fn scatter(params: &ProbeParams, scene: Scene, input: Input) -> Output {
-    let schlick = if params.operation == SAMPLE_SCHLICK { SCHLICK } else { 0 };
-    let features = FeatureSet::<{ BOOK | MICROFACETS | SCHLICK }>::new(BOOK | MICROFACETS | schlick);
+    const { assert!(to_words(BOOK | MICROFACETS | SCHLICK)[1] == 0) };
+    let schlick = if params.operation == SAMPLE_SCHLICK { const { to_words(SCHLICK)[0] } } else { 0 };
+    let materials = const { to_words(BOOK | MICROFACETS)[0] };
+    let features = FeatureSet::<{ BOOK | MICROFACETS | SCHLICK }>::of_words(materials | schlick, 0);
     // SAFETY: the caller guarantees it.
     let material = unsafe { load::<Material>(scene.materials, input.a.w) };
     let bsdf =
