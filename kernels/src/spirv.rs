@@ -23,8 +23,8 @@ use trisect_shared::texture::{Texel, Texture};
 use trisect_shared::totals::{self, TotalsParams};
 use trisect_shared::triangle::Triangle;
 
-/// Defines a render entry point: `$body` gets the words of the features, the launch record, the scene, the pixel, the output's
-/// buffer, the compensations, the counter and the AOV sums.
+/// Defines a render entry point: `$body` gets the words of the features, the launch record, the
+/// scene, the pixel, the output's buffer, the compensations, the counter and the AOV sums.
 macro_rules! entry_point {
     ($(#[$doc:meta])* $name:ident $text:tt, $record:ty, $persistent:expr, |$low:ident, $high:ident, $params:ident, $scene:ident, $x:ident, $y:ident, $output:ident, $compensations:ident, $counter:ident, $aovs:ident| $body:block) => {
         $(#[$doc])*

@@ -6,7 +6,7 @@
 //! [possible](FeatureSet) features are compiled ahead, and the mask decides among those at run
 //! time.
 
-/// Set of features. GPUs hold it as two [words](of_words), because not all have integers of 64 bits.
+/// Set of features. GPUs hold it as two [words](of_words): not all have integers of 64 bits.
 pub type Features = u64;
 
 /// Returns the set whose bits 0 to 31 are `low`, and whose bits 32 to 63 are `high`.
