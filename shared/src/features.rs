@@ -63,6 +63,11 @@ pub const NORMAL_MAPS: Features = 1 << 16;
 /// Colours of mesh vertices, and second sets of their texture coordinates.
 pub const ATTRIBUTES: Features = 1 << 17;
 
+/// Thin walls of clear glass without roughness, which shadow rays pass.
+pub const PANES: Features = 1 << 19;
+/// With [`NEE`] and [`PUNCTUAL`]: connections to lights without extent through smooth glass.
+pub const REFRACTED_LIGHT: Features = 1 << 20;
+
 /// Place of the bit of material kind 0; the bits of the kinds end below 32.
 const FIRST_MATERIAL: u32 = 22;
 
@@ -130,6 +135,8 @@ pub const NEEDS: Features = ROULETTE
     | NEE
     | PUNCTUAL
     | LIGHT_TREE
+    | REFRACTED_LIGHT
+    | PANES
     | ENVIRONMENT
     | OF_SURFACES;
 
@@ -143,7 +150,7 @@ pub const STRATEGY: Features = PADDED_BOXES | LINEAR | WIDE | REGENERATE | PERSI
 pub const OF_GPUS: Features = CHOICES | NEEDS | STRATEGY & !WIDE;
 
 /// Features of scenes for which GPUs have kernels of their own, so that other scenes do not pay.
-pub const RARE: Features = LAYERS | INSTANCES;
+pub const RARE: Features = LAYERS | INSTANCES | REFRACTED_LIGHT;
 
 /// Features that kernels for GPUs may have in scenes without the rare ones.
 pub const OF_GPUS_WITHOUT_RARE: Features = OF_GPUS & !RARE;
@@ -162,7 +169,7 @@ pub const HEAVY: Features = PLANAR | TRIANGLES | EMITTERS | NEE | ENVIRONMENT | 
 
 /// Features with their names, as options and statistics have them; those of materials are in
 /// [`bsdf::NAMES`](crate::bsdf::NAMES).
-pub const NAMES: [(Features, &str); 24] = [
+pub const NAMES: [(Features, &str); 26] = [
     (SCHLICK, "schlick"),
     (SOBOL, "sobol"),
     (AOVS, "aovs"),
@@ -176,9 +183,11 @@ pub const NAMES: [(Features, &str); 24] = [
     (NEE, "nee"),
     (PUNCTUAL, "punctual"),
     (LIGHT_TREE, "light-tree"),
+    (REFRACTED_LIGHT, "refracted-light"),
     (ENVIRONMENT, "environment"),
     (TEXTURES, "textures"),
     (HOLES, "holes"),
+    (PANES, "panes"),
     (NORMAL_MAPS, "normal-maps"),
     (ATTRIBUTES, "attributes"),
     (PADDED_BOXES, "padded-boxes"),

@@ -117,6 +117,7 @@ pub mod buffer;
 pub mod buffer_layout;
 pub mod bvh;
 pub mod camera;
+mod curvature;
 pub mod denoise;
 pub mod display;
 pub mod environment;

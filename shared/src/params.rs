@@ -7,7 +7,7 @@ use crate::sky::Sky;
 use bytemuck::{Pod, Zeroable};
 
 /// One launch: samples `first_sample..end_sample` of `rows` rows of a [share](Self::row) of the
-/// image, which is a rank's rows or the whole image. 256 bytes, 16 rows.
+/// image, which is a rank's rows or the whole image. 272 bytes, 17 rows.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct RenderParams {
@@ -83,6 +83,15 @@ pub struct RenderParams {
     pub first_instance_node: u32,
     /// Number of lights that are primitives: the first of all lights, sorted by primitive.
     pub area_light_count: u32,
+    /// Index, in the array of lights, of the first piece of smooth glass: see
+    /// [`crate::light::glass`].
+    pub first_glass: u32,
+    /// Number of pieces of smooth glass.
+    pub glass_count: u32,
+    /// Unused.
+    pub pad: u32,
+    /// Unused.
+    pub padding: u32,
 }
 
 impl RenderParams {
@@ -116,4 +125,4 @@ pub const NO_CLAMP: f32 = f32::MAX;
 /// [`PixelSums::add`](crate::film::PixelSums::add)).
 pub const FLAG_OPAQUE_ZERO: u32 = 1 << 31;
 
-const _: () = assert!(size_of::<RenderParams>() == 256 && align_of::<RenderParams>() == 16);
+const _: () = assert!(size_of::<RenderParams>() == 272 && align_of::<RenderParams>() == 16);

@@ -130,9 +130,9 @@ unsafe fn closest_of_all<const POSSIBLE: Features>(
     let shear = Shear::new(ray.direction);
     // SAFETY: the caller's promise.
     let mut hit = unsafe { initial_hit(features, params, scene, ray, &shear, query) };
-    let mut primitive = 0;
+    let (mut primitive, mut searches) = (0, true);
     let mut visits = Visits::NONE;
-    while primitive < params.primitive_count {
+    while searches && primitive < params.primitive_count {
         if features.has::<COUNTED>() {
             visits.leaves += 1;
         }
@@ -140,14 +140,11 @@ unsafe fn closest_of_all<const POSSIBLE: Features>(
         let t = unsafe { distance(features, params, scene, ray, &shear, primitive) };
         if is_closer(t, primitive, hit.distance, hit.primitive) {
             hit = Hit::in_world(t, primitive);
-            if query.any_hit && primitive != query.light_primitive {
-                break;
-            }
+            searches = !query.any_hit || primitive == query.light_primitive;
         }
         primitive += 1;
     }
-    let is_done = query.any_hit && hit.primitive != NO_PRIMITIVE && hit.primitive != query.light_primitive;
-    if features.has::<INSTANCES>() && !is_done {
+    if features.has::<INSTANCES>() && searches {
         // SAFETY: the caller's promise.
         unsafe { closest_of_instances(features, params, scene, ray, query, &mut hit, &mut visits) };
     }
@@ -170,14 +167,15 @@ unsafe fn closest_of_instances<const POSSIBLE: Features>(
     hit: &mut Hit,
     visits: &mut Visits,
 ) {
-    let mut number = 0;
-    while number < params.instance_count {
+    // One exit each: naga does not follow others out of nested loops.
+    let (mut number, mut searches) = (0, true);
+    while searches && number < params.instance_count {
         // SAFETY: the caller's promise.
         let entry = unsafe { instance::entry(params, scene, number) };
         let local = entry.enter(ray, number);
         let shear = Shear::new(local.direction);
         let mut index = 0;
-        while index < entry.triangle_count {
+        while searches && index < entry.triangle_count {
             let primitive = entry.first_triangle + index;
             if features.has::<COUNTED>() {
                 visits.leaves += 1;
@@ -188,9 +186,7 @@ unsafe fn closest_of_instances<const POSSIBLE: Features>(
                 || hit.is_after(features, t, primitive, number)
             {
                 *hit = Hit { distance: t, primitive, instance: number };
-                if query.any_hit {
-                    return;
-                }
+                searches = !query.any_hit;
             }
             index += 1;
         }

@@ -21,6 +21,7 @@ mod mitsuba;
 mod motion;
 mod oidn;
 mod parallel;
+mod refracted;
 mod sampling;
 mod scenes;
 mod summation;

@@ -66,12 +66,14 @@ use glam::Vec3;
 use std::path::Path;
 use std::sync::Arc;
 use trisect_shared::attributes::{MeshVertex, VertexAttributes};
+use trisect_shared::bsdf::METALLIC_ROUGHNESS;
 use trisect_shared::environment::EnvironmentTexel;
 use trisect_shared::features::{self, Features};
 use trisect_shared::layers::{LayerTextures, MaterialLayers};
 use trisect_shared::light::Light;
 use trisect_shared::material::{BLENDED, MASKED, Material};
 use trisect_shared::math::max_component;
+use trisect_shared::microfacet::MIN_ROUGH_ALPHA;
 use trisect_shared::planar::Planar;
 use trisect_shared::sky::Sky;
 use trisect_shared::sphere::Sphere;
@@ -129,6 +131,15 @@ pub struct Scene {
     pub warnings: Vec<String>,
     /// Image settings that the scene states; the command line overrides them.
     pub image: ImageSettings,
+}
+
+/// Returns whether a material is clear glass without thickness that may have no roughness: a texture
+/// multiplies the roughness.
+fn may_be_pane(material: &Material) -> bool {
+    let is_smooth = material.roughness * material.roughness < MIN_ROUGH_ALPHA;
+    material.kind == METALLIC_ROUGHNESS
+        && material.transmission > 0.0
+        && (is_smooth || material.metallic_roughness_texture != NO_TEXTURE)
 }
 
 impl Scene {
@@ -207,6 +218,7 @@ impl Scene {
             needs(features::EMITTERS, max_component(material.emission) > 0.0);
             needs(features::TEXTURES, material.textures().iter().any(|&texture| texture != NO_TEXTURE));
             needs(features::HOLES, material.flags & (MASKED | BLENDED) != 0);
+            needs(features::PANES, may_be_pane(material));
             needs(features::NORMAL_MAPS, material.normal_texture != NO_TEXTURE && has_attributes);
         }
         let of_layers = |(_, textures): &(MaterialLayers, LayerTextures)| textures.all();

@@ -128,6 +128,19 @@ fn reflectance(m: &Material, cos: f32) -> Vec3 {
     fresnel::schlick_from(f0, cos)
 }
 
+/// Returns whether a wall of this material lets light pass straight.
+#[inline(always)]
+pub(super) fn is_pane(m: &Material) -> bool {
+    m.roughness * m.roughness < MIN_ROUGH_ALPHA && m.transmission > 0.0 && m.metallic < 1.0
+}
+
+/// Returns the part of the light that passes straight through a wall without roughness, which it
+/// meets at cosine `cos`: what [`MetallicRoughness`] weighs with the probability of sampling it.
+#[inline(always)]
+pub(super) fn straight_transmittance(m: &Material, cos: f32) -> Vec3 {
+    thin_wall_transmittance(m, reflectance(m, cos))
+}
+
 /// Returns the transmittance of a thin wall by channel: colour and fraction of the light that the
 /// dielectric's boundary with reflectance `f` does not reflect.
 #[inline(always)]

@@ -28,7 +28,9 @@ mod thin_film;
 
 use self::layered::LayeredLobes;
 use self::microfacets::Prepared;
-use crate::features::{BOOK, FeatureSet, Features, LAYERS, MICROFACETS, NEE, NORMAL_MAPS, of_material};
+use crate::features::{
+    BOOK, FeatureSet, Features, LAYERS, MICROFACETS, NEE, NORMAL_MAPS, PANES, of_material,
+};
 use crate::layers::MaterialLayers;
 use crate::material::Material;
 use crate::math::{basis, max, normalize};
@@ -115,7 +117,7 @@ pub use sample::{BsdfEval, BsdfSample};
 pub use textures::{Slots, TexturePoint, TexturedMaterial, load_material, opacity};
 /// Slots of a material's textures.
 pub mod slots {
-    pub use super::textures::{ALBEDO, ALL, EMISSION, METALLIC_ROUGHNESS, NORMAL, TRANSMISSION};
+    pub use super::textures::{ALBEDO, ALL, EMISSION, METALLIC_ROUGHNESS, NORMAL, PASSING, TRANSMISSION};
 }
 
 /// Returns whether a material of this kind is a microfacet material, not one of the book.
@@ -128,6 +130,24 @@ pub const fn is_microfacet(kind: u32) -> bool {
 #[inline(always)]
 pub fn is_layered<const POSSIBLE: Features>(features: FeatureSet<POSSIBLE>, kind: u32) -> bool {
     features.has::<LAYERS>() && kind == LAYERED
+}
+
+/// Returns whether a material is a thin wall of clear glass without roughness, which light passes
+/// straight.
+#[inline(always)]
+pub(crate) fn is_pane<const POSSIBLE: Features>(features: FeatureSet<POSSIBLE>, m: &Material) -> bool {
+    features.has::<PANES>() && m.kind == METALLIC_ROUGHNESS && metallic_roughness::is_pane(m)
+}
+
+/// Returns the part of the light by channel that passes straight through a [pane](is_pane), which
+/// it meets at cosine `cos`; zero for other materials.
+#[inline(always)]
+pub(crate) fn straight_transmittance<const POSSIBLE: Features>(
+    features: FeatureSet<POSSIBLE>,
+    m: &Material,
+    cos: f32,
+) -> Vec3 {
+    if is_pane(features, m) { metallic_roughness::straight_transmittance(m, cos) } else { Vec3::ZERO }
 }
 
 /// Returns whether a material of this kind is a microfacet material, in a kernel with `features`.

@@ -30,6 +30,8 @@ const LAYERS: Slots = 1 << 5;
 const LAST_OF_LAYERS: Slots = 1 << 16;
 /// All slots.
 pub const ALL: Slots = 0x1_ffff;
+/// Slots that decide how much light passes straight through.
+pub const PASSING: Slots = ALBEDO | METALLIC_ROUGHNESS | TRANSMISSION | NORMAL;
 
 /// Point of a surface at which textures are read.
 #[derive(Clone, Copy)]

@@ -6,6 +6,7 @@
 
 mod area;
 mod directional;
+pub mod glass;
 mod point;
 pub mod tree;
 

@@ -6,16 +6,20 @@
 mod first_hit;
 mod nee;
 mod persistent;
+mod refracted;
 mod render;
 mod shade;
+mod tube;
 mod vertex;
 
 pub use first_hit::{FirstHit, first_hit};
 pub use persistent::render_persistent;
+pub use refracted::MAX_TRIALS;
 pub use render::render_pixel;
+pub use tube::MAX_BENDS;
 
 use crate::bvh::{NO_PRIMITIVE, RayQuery};
-use crate::features::{FeatureSet, Features, HOLES, NEE};
+use crate::features::{FeatureSet, Features, HOLES, NEE, PANES};
 use crate::film::{Compensation, PixelSums};
 use crate::params::{FLAG_OPAQUE_ZERO, RenderParams};
 use crate::ray::{OriginPrimitive, Ray};
@@ -26,11 +30,13 @@ use glam::Vec3;
 
 /// Bits of blocks of random words. Block 0 is for the camera ray, block k for scattering at the
 /// k-th vertex. Block k with one of these bits is for the point of a light, for the choice of the
-/// environment map, and for passing a surface that is not opaque.
+/// environment map, and for passing a surface that is not opaque; block 256 k with another, for the
+/// walks of a refracted connection.
 const LIGHT_BLOCK: u32 = 0x8000_0000;
 const PANORAMA_BLOCK: u32 = 0xa000_0000;
 const PASS_BLOCK: u32 = 0xc000_0000;
 const COLOR_BLOCK: u32 = 0xe000_0000;
+const REFRACTED_BLOCK: u32 = 0x4000_0000;
 
 /// Maximum number of surfaces that a sample may pass because they are not opaque; beyond, its path
 /// ends and its shadow rays are blocked, so that no path is endless.
@@ -67,6 +73,8 @@ struct Path {
     pending_light: Vec3,
     /// Number of surfaces passed because they are not opaque.
     passes: u32,
+    /// Number of panes that the shadow ray has passed.
+    panes: u32,
     key: PathKey,
     /// pdf of the direction that the path took last, per steradian; 0 if light sampling cannot find
     /// it.
@@ -105,6 +113,7 @@ impl Path {
             radiance: Vec3::ZERO,
             rays: 0,
             passes: 0,
+            panes: 0,
             pdf: 0.0,
             vertex_primitive: NO_PRIMITIVE,
             vertex_normal: Vec3::ZERO,
@@ -163,7 +172,7 @@ impl Path {
             RayQuery {
                 t_max: self.shadow_t_max,
                 light_primitive: self.light_primitive,
-                any_hit: !features.has::<HOLES>(),
+                any_hit: !features.has::<{ HOLES | PANES }>(),
             }
         } else {
             RayQuery::CLOSEST

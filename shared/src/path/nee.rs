@@ -98,10 +98,7 @@ pub(super) unsafe fn sample_direct_light<const POSSIBLE: Features>(
     // SAFETY: the caller's promise.
     let light = unsafe { light::sample(features, params, scene, from, random, choice) };
     let outside = light.direction.dot(surface.normal) > 0.0;
-    // Light between the horizons of the surface and of its shading normal would leak, unless the
-    // smooth surface lies above.
-    let reflects = bsdf.cosine(light.direction) > 0.0;
-    let is_lifted = reflects && surface.smooth_height > 0.0;
-    let is_possible = reflects == (outside == front) || is_lifted;
+    let is_lifted = vertex.is_lifted(bsdf, light.direction);
+    let is_possible = vertex.scatters(bsdf, light.direction, front);
     Connection { light, is_possible, inside: if is_lifted { !front } else { !outside } }
 }

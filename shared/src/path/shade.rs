@@ -6,12 +6,13 @@ use super::vertex::{FacingNormals, Vertex};
 use super::{COLOR_BLOCK, MAX_PASSES, PASS_BLOCK, Path};
 use crate::aovs::{self, AovSums, SurfaceAovs};
 use crate::attributes::SurfaceAttributes;
-use crate::bsdf::{Bsdf, BsdfEval, BsdfSample, is_layered, slots};
+use crate::bsdf::{Bsdf, BsdfEval, BsdfSample, is_layered, is_pane, slots};
 use crate::buffer::SharedSlice;
 use crate::bvh::{Hit, NO_PRIMITIVE};
 use crate::environment;
 use crate::features::{
-    AOVS, EMITTERS, ENVIRONMENT, FeatureSet, Features, HOLES, LAYERS, LIGHT_TREE, NEE, ROULETTE,
+    AOVS, EMITTERS, ENVIRONMENT, FeatureSet, Features, HOLES, LAYERS, LIGHT_TREE, NEE, PANES,
+    REFRACTED_LIGHT, ROULETTE,
 };
 use crate::layers::SOLID;
 use crate::light::mis_weight;
@@ -42,7 +43,7 @@ impl Path {
         self.rays += 1;
         let mut ended = true;
         let blocked = hit.primitive != NO_PRIMITIVE && hit.primitive != self.light_primitive;
-        if features.has::<NEE>() && self.shadow && !(features.has::<HOLES>() && blocked) {
+        if features.has::<NEE>() && self.shadow && !(features.has::<{ HOLES | PANES }>() && blocked) {
             if !blocked {
                 self.radiance += self.pending_light;
             }
@@ -67,14 +68,24 @@ impl Path {
     }
 
     /// Weakens the light of the shadow ray by the surface at `vertex`, which it passes unless no
-    /// light is left. Returns whether the path ended.
+    /// light is left. A pane counts as a segment, as it does for a path that passes it. Returns
+    /// whether the path ended.
     #[inline(always)]
     fn attenuate<const POSSIBLE: Features>(
         &mut self,
         features: FeatureSet<POSSIBLE>,
+        params: &RenderParams,
         vertex: &Vertex,
     ) -> bool {
-        self.pending_light *= 1.0 - vertex.opacity(features);
+        let opacity = vertex.opacity(features);
+        let mut passed = Vec3::splat(1.0 - opacity);
+        if is_pane(features, &vertex.material) {
+            self.panes += 1;
+            if self.segment + self.panes < params.max_depth {
+                passed += vertex.straight_transmittance(features, params) * opacity;
+            }
+        }
+        self.pending_light *= passed;
         self.passes += 1;
         self.shadow_t_max -= vertex.hit.distance;
         if max_component(self.pending_light) > 0.0 && self.passes <= MAX_PASSES {
@@ -133,12 +144,13 @@ impl Path {
         hit: Hit,
         aovs: &mut SharedSlice<AovSums>,
     ) -> bool {
-        let is_shadow = features.has::<NEE>() && features.has::<HOLES>() && self.shadow;
-        let wanted = if is_shadow { slots::ALBEDO } else { slots::ALL };
+        let is_shadow = features.has::<NEE>() && features.has::<{ HOLES | PANES }>() && self.shadow;
+        let of_shadow = if features.has::<PANES>() { slots::PASSING } else { slots::ALBEDO };
+        let wanted = if is_shadow { of_shadow } else { slots::ALL };
         // SAFETY: the caller's promise.
         let vertex = unsafe { Vertex::at(features, params, scene, self.ray, hit, wanted) };
         if is_shadow {
-            return self.attenuate(features, &vertex);
+            return self.attenuate(features, params, &vertex);
         }
         self.segment += 1;
         if features.has::<LAYERS>() {
@@ -188,6 +200,11 @@ impl Path {
                 // SAFETY: the caller's promise.
                 let connection = unsafe { self.connect(features, params, scene, &vertex, &bsdf, front) };
                 let random = words(features, self.key, self.segment);
+                if features.has::<REFRACTED_LIGHT>() {
+                    // SAFETY: the caller's promise; the feature says that there are lights and
+                    // glass.
+                    unsafe { self.add_refracted_light(features, params, scene, &vertex, &bsdf, front) };
+                }
                 let (direction, evaluates) = (connection.light.direction, connection.is_possible);
                 let (scatter, eval) = bsdf.sample_and_evaluate(features, random, direction, evaluates);
                 if features.has::<NEE>() {
@@ -197,8 +214,15 @@ impl Path {
                     }
                 }
                 self.scatter(features, params, &vertex, &normals, &scatter, random.w);
-                if features.has::<LIGHT_TREE>() {
-                    self.vertex_normal = bsdf.reflecting_normal(features);
+                if scatter.transmitted && is_pane(features, &vertex.material) {
+                    // Light sampling from the vertex before finds what lies behind, too.
+                    self.skipped_distance += hit.distance;
+                } else {
+                    (self.pdf, self.vertex_primitive) = (scatter.pdf, hit.primitive);
+                    self.skipped_distance = 0.0;
+                    if features.has::<LIGHT_TREE>() {
+                        self.vertex_normal = bsdf.reflecting_normal(features);
+                    }
                 }
                 if is_layered(features, vertex.material.kind)
                     && scatter.transmitted
@@ -326,6 +350,7 @@ impl Path {
         self.pending_light = self.throughput * connection.contribution(eval);
         self.shadow = max_component(self.pending_light) > 0.0;
         (self.shadow_t_max, self.light_primitive) = (connection.light.t_max, connection.light.primitive);
+        self.panes = 0;
     }
 
     /// Continues the path from `vertex` in the direction of `scatter`, if `self.continues`;
@@ -357,8 +382,5 @@ impl Path {
             self.continues &= unit_f32(survival) < probability;
             self.throughput *= 1.0 / probability;
         }
-        self.pdf = scatter.pdf;
-        self.vertex_primitive = vertex.hit.primitive;
-        self.skipped_distance = 0.0;
     }
 }

@@ -1,12 +1,14 @@
 //! Vertex of a path: the point of a surface that a ray hits, and how rays leave it.
 
 use crate::bsdf::{
-    BsdfNormals, LAMBERTIAN, Slots, TexturePoint, TexturedMaterial, is_layered, load_material, opacity,
+    Bsdf, BsdfNormals, LAMBERTIAN, Slots, TexturePoint, TexturedMaterial, is_layered, load_material, opacity,
+    straight_transmittance,
 };
 use crate::bvh::Hit;
 use crate::features::{FeatureSet, Features, NORMAL_MAPS, PLANAR, SMOOTH, TRIANGLES};
 use crate::layers::MaterialLayers;
 use crate::material::Material;
+use crate::math::max;
 use crate::params::RenderParams;
 use crate::ray::{OriginPrimitive, Ray};
 use crate::scene::Scene;
@@ -80,6 +82,18 @@ impl Vertex {
         opacity(features, &self.material)
     }
 
+    /// Returns the part of the light by channel that passes straight through a pane.
+    #[inline(always)]
+    pub(super) fn straight_transmittance<const POSSIBLE: Features>(
+        &self,
+        features: FeatureSet<POSSIBLE>,
+        params: &RenderParams,
+    ) -> Vec3 {
+        let normals = self.facing_normals(features, params, self.is_front());
+        let cos = max(-self.ray.direction.dot(normals.of_bsdf.shading), 1e-6);
+        straight_transmittance(features, &self.material, cos)
+    }
+
     /// Returns the continuation of the ray beyond the surface.
     #[inline(always)]
     pub(super) fn pass(&self) -> Ray {
@@ -120,6 +134,22 @@ impl Vertex {
             point
         };
         Ray { origin, direction, origin_primitive, origin_instance: self.hit.instance }
+    }
+
+    /// Returns whether light from this direction is reflected and meets the smooth surface above
+    /// the triangle.
+    #[inline(always)]
+    pub(super) fn is_lifted(&self, bsdf: &Bsdf, direction: Vec3) -> bool {
+        bsdf.cosine(direction) > 0.0 && self.surface.smooth_height > 0.0
+    }
+
+    /// Returns whether the surface may scatter light from this direction: light between the
+    /// horizons of the surface and of its shading normal would leak, unless the smooth surface lies
+    /// above.
+    #[inline(always)]
+    pub(super) fn scatters(&self, bsdf: &Bsdf, direction: Vec3, front: bool) -> bool {
+        let outside = direction.dot(self.surface.normal) > 0.0;
+        (bsdf.cosine(direction) > 0.0) == (outside == front) || self.is_lifted(bsdf, direction)
     }
 
     /// Returns the normals on the side that the ray comes from, as `front` says.

@@ -22,7 +22,7 @@ pub struct ProbeParams {
     pub render: RenderParams,
 }
 
-const _: () = assert!(size_of::<ProbeParams>() == 272 && align_of::<ProbeParams>() == 16);
+const _: () = assert!(size_of::<ProbeParams>() == 288 && align_of::<ProbeParams>() == 16);
 
 /// Input of a probe: eight rows, whose meaning each operation states. 128 bytes. The rows are
 /// integers, so that no bit pattern changes on the way.

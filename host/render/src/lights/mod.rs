@@ -3,6 +3,7 @@
 //! renderer builds it from the scene, and uploads it with its BVH.
 
 mod bounds;
+mod glass;
 mod members;
 #[cfg(test)]
 mod tests;
@@ -21,13 +22,18 @@ use trisect_shared::planar::{DISC, Planar};
 #[derive(Clone, Debug, Default)]
 pub struct Lights {
     /// Emitting primitives, then point, spot and directional lights, each with its row of the alias
-    /// table or, if there is a light tree, its pdf; then the nodes of the tree. Empty if no light
-    /// has power.
+    /// table or, if there is a light tree, its pdf; then the nodes of the tree, and the pieces of
+    /// smooth glass. Empty if no light has power.
     pub lights: Vec<Light>,
     /// Number of lights.
     pub count: u32,
     /// Number of lights that are primitives, the first.
     pub area_count: u32,
+    /// Index of the first piece of smooth glass.
+    pub first_glass: u32,
+    /// Number of pieces of smooth glass through which point, spot and directional lights may shine;
+    /// 0 without such lights.
+    pub glass_count: u32,
     /// Materials of the scene, with `light_pdf` set to the pdf, by area, of a point on an emitting
     /// primitive.
     pub materials: Vec<Material>,
@@ -46,7 +52,7 @@ const FIRST_TREE: u32 = 3;
 impl Lights {
     /// Returns whether there is a light tree.
     pub fn has_tree(&self) -> bool {
-        self.lights.len() > self.count as usize
+        self.first_glass > self.count
     }
 
     /// Builds the table for `scene`, with a tree if there are many lights, or one that is
@@ -127,7 +133,12 @@ impl Lights {
             }
             tree::append(&mut lights, members);
         }
-        Self { lights, count, area_count, materials, environment_probability }
+        let first_glass = lights.len() as u32;
+        if count > area_count {
+            lights.extend(glass::pieces(scene));
+        }
+        let glass_count = lights.len() as u32 - first_glass;
+        Self { lights, count, area_count, first_glass, glass_count, materials, environment_probability }
     }
 }
 

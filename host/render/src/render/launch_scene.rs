@@ -12,7 +12,7 @@ use trisect_scene::{CameraPose, Scene, SceneError, SharedVec};
 use trisect_shared::attributes::MeshVertex;
 use trisect_shared::bvh::{BvhNode, Child};
 use trisect_shared::camera::Camera;
-use trisect_shared::features::{Features, LIGHT_TREE, PADDED_BOXES};
+use trisect_shared::features::{Features, LIGHT_TREE, PADDED_BOXES, REFRACTED_LIGHT};
 use trisect_shared::params::{FLAG_HIDDEN_SKY, NO_CLAMP, RenderParams};
 use trisect_shared::tile_entry::NO_TILE_ENTRIES;
 use trisect_shared::triangle::Triangle;
@@ -166,7 +166,9 @@ impl LaunchScene {
     /// Returns the features that a kernel needs to render the scene.
     pub fn features(&self) -> Features {
         let padded = if self.params.padded { PADDED_BOXES } else { 0 };
-        self.features | padded | if self.params.light_tree { LIGHT_TREE } else { 0 }
+        let tree = if self.params.light_tree { LIGHT_TREE } else { 0 };
+        let refracted = if self.params.glass > 0 { REFRACTED_LIGHT } else { 0 };
+        self.features | padded | tree | refracted
     }
 
     fn launch_params(&self, settings: &Settings) -> RenderParams {
@@ -208,6 +210,10 @@ impl LaunchScene {
             instance_count: self.params.instances,
             first_instance_node: self.params.first_instance_node,
             area_light_count: self.params.area_lights,
+            first_glass: self.params.first_glass,
+            glass_count: if sampled { self.params.glass } else { 0 },
+            pad: 0,
+            padding: 0,
         }
     }
 }

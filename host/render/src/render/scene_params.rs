@@ -20,6 +20,9 @@ pub(super) struct SceneParams {
     pub first_instance_node: u32,
     pub lights: u32,
     pub area_lights: u32,
+    pub first_glass: u32,
+    /// Number of pieces of smooth glass before lights without extent.
+    pub glass: u32,
     /// True if the lights have a tree.
     pub light_tree: bool,
     /// True if the BVH's boxes are padded enough for rays that start at the camera.
@@ -44,6 +47,8 @@ impl SceneParams {
             first_instance_node: bvh.first_instance_node as u32,
             lights: lights.count,
             area_lights: lights.area_count,
+            first_glass: lights.first_glass,
+            glass: lights.glass_count,
             light_tree: lights.has_tree(),
             padded,
             environment_probability: lights.environment_probability,

@@ -278,18 +278,15 @@ impl<T> Surface<T> {
         }
     }
 
-    /// Returns whether the surface transmits light, but a path on it cannot be connected to a
-    /// light.
-    pub fn is_smooth_glass(&self) -> bool {
-        let smooth = |roughness: f64| roughness * roughness < f64::from(MIN_ROUGH_ALPHA);
-        match *self {
-            Self::Dielectric(_) => true,
-            Self::RoughDielectric(RoughDielectric { roughness, .. }) => smooth(roughness),
-            Self::MetallicRoughness(MetallicRoughness { metallic, roughness, transmission, .. }) => {
-                transmission > 0.0 && metallic < 1.0 && smooth(roughness)
-            }
-            _ => false,
-        }
+    /// Returns whether the surface transmits light without scattering it, but no connection passes:
+    /// layers reflect and transmit in narrow lobes, not in one direction.
+    pub fn blocks_connections(&self) -> bool {
+        let Self::MetallicRoughness(m) = self else { return false };
+        m.transmission > 0.0
+            && m.metallic < 1.0
+            && is_smooth(m.roughness)
+            && !m.layers.is_empty()
+            && !m.is_clear_solid()
     }
 
     /// Checks that each number is finite and in range.
@@ -328,6 +325,27 @@ impl<T> Surface<T> {
     }
 }
 
+/// Returns whether a boundary of microfacets with this roughness is one without facets.
+fn is_smooth(roughness: f64) -> bool {
+    ((roughness * roughness) as f32) < MIN_ROUGH_ALPHA
+}
+
+impl<T> MetallicRoughness<T> {
+    /// Returns whether the surface bounds a solid of clear glass without roughness and colour: a
+    /// [`Dielectric`].
+    fn is_clear_solid(&self) -> bool {
+        let Self { texture, metallic_roughness_texture, transmission_texture, layers, .. } = self;
+        texture.is_none()
+            && metallic_roughness_texture.is_none()
+            && transmission_texture.is_none()
+            && self.base_color == DVec3::ONE
+            && (self.metallic, self.transmission) == (0.0, 1.0)
+            && self.ior > 0.0
+            && is_smooth(self.roughness)
+            && layers.is_clear_solid()
+    }
+}
+
 impl Surface {
     /// Fills in the fields of a device record that describe the surface, and adds its layers.
     /// `texture` returns the index of a texture's record.
@@ -353,9 +371,7 @@ impl Surface {
                 record.ior = *ior as f32;
             }
             Self::RoughDielectric(RoughDielectric { ior, roughness, multiple_scattering }) => {
-                // Below the minimum alpha its boundary is smooth.
-                let rough = (*roughness * *roughness) as f32 >= MIN_ROUGH_ALPHA;
-                record.kind = if rough { bsdf::ROUGH_DIELECTRIC } else { bsdf::DIELECTRIC };
+                record.kind = if is_smooth(*roughness) { bsdf::DIELECTRIC } else { bsdf::ROUGH_DIELECTRIC };
                 record.ior = *ior as f32;
                 record.roughness = *roughness as f32;
                 if !multiple_scattering {
@@ -376,6 +392,10 @@ impl Surface {
                     }
                     ConductorFresnel::Schlick { reflectance } => record.albedo = reflectance.as_vec3(),
                 }
+            }
+            Self::MetallicRoughness(m) if m.is_clear_solid() => {
+                record.kind = bsdf::DIELECTRIC;
+                record.ior = m.ior as f32;
             }
             Self::MetallicRoughness(m) => {
                 record.kind = bsdf::METALLIC_ROUGHNESS;

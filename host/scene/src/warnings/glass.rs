@@ -1,5 +1,6 @@
-//! Warns of smooth glass that blocks lights without extent. A path crosses such glass only by
-//! sampling the glass, and a sampled direction never hits such a light.
+//! Warns of smooth glass that blocks lights without extent. Connections pass clear glass and thin
+//! walls, but not glass with layers: a path crosses that only by sampling, and a sampled direction
+//! never hits such a light.
 //!
 //! The shadow of a glass ball is expected. Not expected are a pane that turns the sun off, and
 //! objects inside glass that no light reaches. The search is rough: meshes are their boxes, and
@@ -174,7 +175,10 @@ fn block_is_hit(corner: DVec3, edges: [DVec3; 3], origin: DVec3, direction: DVec
 /// Returns the pieces of glass with their names, and all other objects.
 fn sort(scene: &Description) -> (Vec<(String, Form)>, Vec<Form>) {
     let is_glass = |material: usize| {
-        scene.materials.get(material).is_some_and(|m| m.surface.is_smooth_glass() && m.alpha == Alpha::Opaque)
+        scene
+            .materials
+            .get(material)
+            .is_some_and(|m| m.surface.blocks_connections() && m.alpha == Alpha::Opaque)
     };
     let (mut glass, mut things) = (Vec::new(), Vec::new());
     for (index, shape) in scene.shapes.iter().enumerate() {
@@ -257,7 +261,8 @@ pub(super) fn in_the_way(scene: &Description) -> Option<String> {
         Some((names::light(index), name))
     })?;
     Some(format!(
-        "{light} does not shine through the smooth glass of {name}: for lights without extent its shadow is black; \
-         leave the glass out, make it rough (RoughDielectric), or give the light an area (an object that emits)"
+        "{light} hardly shines through the smooth glass of {name}: connections to lights without extent pass \
+         Dielectric and thin walls, but not glass with layers, and its shadow is nearly black; use Dielectric, or \
+         give the light an area (an object that emits)"
     ))
 }

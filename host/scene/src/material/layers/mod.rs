@@ -78,6 +78,23 @@ impl<T> Layers<T> {
             && volume.is_none()
     }
 
+    /// Returns whether there is nothing but the inside of a solid that absorbs no light.
+    pub(super) fn is_clear_solid(&self) -> bool {
+        let Self { coat, sheen, specular, anisotropy, iridescence, diffuse_transmission, volume, .. } = self;
+        let others = coat.is_some()
+            || sheen.is_some()
+            || specular.is_some()
+            || anisotropy.is_some()
+            || iridescence.is_some()
+            || diffuse_transmission.is_some();
+        let absorbs =
+            |volume: &Volume| volume.attenuation_distance.is_some() && volume.attenuation_color != DVec3::ONE;
+        !others
+            && volume.as_ref().is_some_and(|volume| !absorbs(volume))
+            && self.dispersion == 0.0
+            && !self.has_glossiness
+    }
+
     /// Returns whether the facets have a direction, for which the surface needs the tangents of its
     /// mesh.
     pub fn is_anisotropic(&self) -> bool {
