@@ -14,7 +14,7 @@ const FIRST_TRIAL: Duration = Duration::from_millis(2);
 const TRIAL_SHARE: f64 = 0.004;
 
 /// Maximum time of the trial of each strategy, for each half.
-const MAX_TRIAL: Duration = Duration::from_secs(1);
+const MAX_TRIAL: Duration = Duration::from_millis(100);
 
 /// Minimum expected time for which strategies are tried: below, the trials cost as much as they
 /// gain.
