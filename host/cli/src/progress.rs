@@ -144,8 +144,8 @@ fn facts(width: usize, (done, all): (u64, u64), rate: f64, left: Duration) -> St
     if is_wide { share + &samples + &rest } else { share + &rest }
 }
 
-/// Returns the text of a render with a goal, `since` the time at which its state was told: the
-/// error, the goal if that is an error, and the time left. What does not fit the columns is omitted.
+/// Returns the text of a render with a goal, `since` after its state was told: the error, the goal
+/// if that is an error, and the time left. What does not fit the columns is omitted.
 fn goal_facts(width: usize, state: &GoalProgress, since: Duration) -> String {
     let percent = |error: f64| format!("{:.*} %", if error < 0.01 { 3 } else { 2 }, 100.0 * error);
     let error = match state.goal {

@@ -2,7 +2,8 @@
 //! image after a Gaussian filter, which noise without low frequencies over the screen loses in.
 //!
 //! ```text
-//! cargo run --release -p trisect --example screen_error -- WIDTH REFERENCE_SPP MAX_SPP SEEDS CLAMP SCENE...
+//! cargo run --release -p trisect --example screen_error -- \
+//!     WIDTH REFERENCE_SPP MAX_SPP SEEDS CLAMP SCENE...
 //! ```
 //!
 //! The reference is two images of REFERENCE_SPP samples each, whose own errors cancel in the mean.

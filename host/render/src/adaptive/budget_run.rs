@@ -236,8 +236,8 @@ impl<'a, 'p> BudgetRun<'a, 'p> {
         Ok(true)
     }
 
-    /// Tells the observer the error, which is that of the noise map and falls as that of independent
-    /// samples, and the time left.
+    /// Tells the observer the time left, and the error: that of the noise map, less what samples
+    /// since then are worth if they are independent.
     fn report(&mut self) {
         let more = self.renderer.mean_samples() / self.measured_at;
         let error = self.noise_map.error / more.sqrt();

@@ -79,7 +79,8 @@ pub trait RenderObserver {
     /// the render.
     fn progress(&mut self, done: u64, total: u64) -> ControlFlow<()>;
 
-    /// Receives what a render with a [goal](crate::adaptive) has reached, before each of its passes.
+    /// Receives what a render with a [goal](crate::adaptive) has reached, before each of its
+    /// passes.
     fn goal_progress(&mut self, _: GoalProgress) {}
 
     /// Returns whether the render continues; called between parts by a render without a fixed
