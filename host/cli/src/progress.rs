@@ -7,7 +7,7 @@ use std::io::IsTerminal;
 use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
-use trisect::adaptive::{Goal, GoalProgress};
+use trisect::adaptive::GoalProgress;
 use trisect::render::RenderObserver;
 
 /// Number of steps of a bar that shows stages.
@@ -148,13 +148,13 @@ fn facts(width: usize, (done, all): (u64, u64), rate: f64, left: Duration) -> St
 /// if that is an error, and the time left. What does not fit the columns is omitted.
 fn goal_facts(width: usize, state: &GoalProgress, since: Duration) -> String {
     let percent = |error: f64| format!("{:.*} %", if error < 0.01 { 3 } else { 2 }, 100.0 * error);
-    let error = match state.goal {
+    let error = match state.target {
         _ if !state.error.is_finite() => String::new(),
-        Goal::Error { target, .. } => format!("error {}, goal {}  ", percent(state.error), percent(target)),
-        Goal::Time(_) => format!("error {}  ", percent(state.error)),
+        Some(target) => format!("error {}, goal {}  ", percent(state.error), percent(target)),
+        None => format!("error {}  ", percent(state.error)),
     };
     let left = state.left.filter(|left| *left < MAX_LEFT).map_or_else(String::new, |left| {
-        let about = if matches!(state.goal, Goal::Error { .. }) { "about " } else { "" };
+        let about = if state.target.is_some() { "about " } else { "" };
         format!("{about}{:#} left  ", HumanDuration(left.saturating_sub(since)))
     });
     let fits = |text: &str| text.len() + GOAL_REST + MIN_BAR <= width;
@@ -261,11 +261,8 @@ mod tests {
         assert!(named(|| 120).chars().count() > 80);
     }
 
-    const GOAL: GoalProgress = GoalProgress {
-        goal: Goal::Error { target: 0.005, max_samples: 1000 },
-        error: 0.0312,
-        left: Some(Duration::from_secs(65)),
-    };
+    const GOAL: GoalProgress =
+        GoalProgress { error: 0.0312, target: Some(0.005), left: Some(Duration::from_secs(65)) };
 
     /// The line has the error, the goal and the time left, which becomes less while a pass runs.
     #[test]
@@ -274,7 +271,7 @@ mod tests {
         assert_eq!(text(100, GOAL, 0), "error 3.12 %, goal 0.500 %  about 65s left  ");
         assert_eq!(text(100, GOAL, 60), "error 3.12 %, goal 0.500 %  about 5s left  ");
         assert_eq!(text(100, GOAL, 600), "error 3.12 %, goal 0.500 %  about 0s left  ");
-        let timed = GoalProgress { goal: Goal::Time(Duration::from_secs(99)), ..GOAL };
+        let timed = GoalProgress { target: None, ..GOAL };
         assert_eq!(text(100, timed, 0), "error 3.12 %  65s left  ");
         assert_eq!(text(100, GoalProgress { error: f64::NAN, ..timed }, 0), "65s left  ");
         assert_eq!(text(100, GoalProgress { left: None, ..GOAL }, 0), "error 3.12 %, goal 0.500 %  ");

@@ -8,7 +8,7 @@ use super::preparation::{BudgetPlan, Preparation};
 use super::renderer::AdaptiveRenderer;
 use super::sampling_pass::{Launches, PassBudget};
 use super::strategy::choose_strategy;
-use super::{Adaptive, FilterTrial, Goal, Noise, Trial, allocate};
+use super::{Adaptive, FilterTrial, Noise, Trial, allocate};
 use crate::Error;
 use crate::render::{RenderObserver, Renderer, Settings};
 use std::time::{Duration, Instant};
@@ -242,7 +242,7 @@ impl<'a, 'p> BudgetRun<'a, 'p> {
         let more = self.renderer.mean_samples() / self.measured_at;
         let error = self.noise_map.error / more.sqrt();
         let left = self.whole - self.start.elapsed().as_secs_f64();
-        self.renderer.report(Goal::Time(Duration::from_secs_f64(self.whole)), error, left);
+        self.renderer.report(error, None, left);
     }
 
     /// Tries the filter, while that is undecided. Without it no AOVs are needed.

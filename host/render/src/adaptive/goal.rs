@@ -3,7 +3,7 @@
 use super::noise_map::NoiseMap;
 use super::renderer::AdaptiveRenderer;
 use super::sampling_pass::PassBudget;
-use super::{Adaptive, Goal, Noise, allocate};
+use super::{Adaptive, Noise, allocate};
 use crate::Error;
 use std::time::Instant;
 
@@ -110,7 +110,7 @@ pub(super) fn reach(
             return Ok(Reached { noise, adaptive, gain });
         }
         let left = seconds_left(start.elapsed().as_secs_f64(), renderer.progress);
-        renderer.report(Goal::Error { target, max_samples: most }, noise_map.error, left);
+        renderer.report(noise_map.error, Some(target), left);
         let one: f64 =
             (0..2).map(|half| allocate::work(&noise_map, renderer.halves.tiles(), half, &|_| 1.0)).sum();
         let left = ((1.0 + BEYOND) * f64::from(most) - samples) * 0.5 * one * costlier;

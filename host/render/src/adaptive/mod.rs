@@ -23,7 +23,7 @@ mod strategy;
 
 pub use crate::error::SamplingError;
 pub use crate::film::{TILE, Tiles};
-pub use crate::stats::{FilterTrial, Noise, Sampling, Strategy, Trial};
+pub use crate::stats::{FilterTrial, GoalProgress, Noise, Sampling, Strategy, Trial};
 pub use dual_buffers::DualBuffers;
 pub use mean::mean_and_error;
 
@@ -61,17 +61,6 @@ pub enum Adaptive {
     On,
     /// On if the noise so far says that it pays.
     Auto,
-}
-
-/// State of a render before one of its passes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GoalProgress {
-    /// Goal of the render.
-    pub goal: Goal,
-    /// Estimated root of the relMSE of the image so far; NaN if it was not measured.
-    pub error: f64,
-    /// Estimated time until the goal, or until the maximum number of samples; `None` if unknown.
-    pub left: Option<Duration>,
 }
 
 /// Settings that a render with a goal may choose; true if free.

@@ -46,10 +46,9 @@ pub use trisect_device::{MathMode, Schedule, Traversal};
 pub use trisect_scene::Fresnel;
 
 use crate::Error;
-use crate::adaptive::GoalProgress;
 use crate::film::{Film, HostRecords, Totals};
 use crate::passes::{DeviceScene, FilmDesc};
-use crate::stats::{Phases, RenderStats};
+use crate::stats::{GoalProgress, Phases, RenderStats};
 use chunk_buffers::{ChunkPipeline, ChunkSums};
 pub use chunk_pipeline::{ChunkJob, PipelineTiming};
 use film_state::FilmState;
