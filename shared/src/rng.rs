@@ -24,7 +24,8 @@ pub struct Words {
 pub struct PathKey {
     /// Seed of the render.
     pub seed: u32,
-    /// Row-major index in the whole image, whichever tile or rank renders it.
+    /// Number of the pixel in the whole image, whichever tile or rank renders it, as
+    /// [`pixel_number`](crate::sampler::pixel_number) returns it.
     pub pixel: u32,
     /// Index among all samples of the pixel.
     pub sample: u32,
@@ -32,7 +33,7 @@ pub struct PathKey {
 
 impl PathKey {
     /// Returns the random words of dimensions 4 `block` to 4 `block` + 3. A path's blocks are
-    /// numbered by vertex.
+    /// numbered by vertex and use.
     #[inline(always)]
     pub fn words(self, block: u32) -> Words {
         pcg4d(Words { x: self.pixel, y: self.sample, z: block, w: self.seed })

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use trisect::image::Image;
 use trisect::render::Settings;
 use trisect::scene::{Includes, Rebase, Scene, SceneDocument};
-use trisect_tests::renders::{cpu, film, lit};
+use trisect_tests::renders::{cpu, film, independent, lit};
 use trisect_tests::statistics::Blocks;
 
 fn folder() -> PathBuf {
@@ -85,7 +85,7 @@ fn scene(name: &str, sky: &str) -> Scene {
 /// Renders a scene, and returns by how much it exceeds the limits: in the mean, and in the worst
 /// block. Noise of 4.5 sigma is allowed.
 fn excess(scene: &Scene, reference: &Path, limits: Limits) -> (f64, f64) {
-    let settings = Settings { samples: 64, seed: 3, ..Settings::of(scene) };
+    let settings = Settings { samples: 64, seed: 3, ..independent(scene) };
     let blocks = Blocks::new(&film(&mut cpu(scene), &settings));
     let reference = Image::read(reference).unwrap();
     let want: Vec<[f64; 3]> = reference.pixels.iter().map(|pixel| pixel.map(f64::from)).collect();

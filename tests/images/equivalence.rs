@@ -11,7 +11,7 @@ use trisect_shared::camera::Camera;
 use trisect_shared::path::FirstHit;
 use trisect_shared::ray::Ray;
 use trisect_shared::rng::PathKey;
-use trisect_tests::renders::{brighter, cpu, differing, film};
+use trisect_tests::renders::{brighter, cpu, differing, film, independent};
 use trisect_tests::statistics::{GLOBAL_LIMIT, ZTest};
 use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
@@ -24,7 +24,7 @@ fn cuda_gives_the_cpus_bits() {
     for seed in [1, 2] {
         for roulette in [true, false] {
             let settings =
-                Settings { width: 1200, height: 675, samples: 16, seed, roulette, ..Settings::of(&scene) };
+                Settings { width: 1200, height: 675, samples: 16, seed, roulette, ..independent(&scene) };
             let want = film(&mut cpu, &settings);
             assert_eq!(differing(&film(&mut cuda, &settings), &want), 0, "seed {seed}, roulette {roulette}");
             if seed == 1 && !roulette {
@@ -45,7 +45,7 @@ fn cuda_gives_the_cpus_bits() {
 fn exact_fresnel_agrees(subject: BackendUnderTest) {
     let scene = scene("three_spheres.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
-    let settings = Settings { width: 64, height: 36, samples: 4, ..Settings::of(&scene) };
+    let settings = Settings { width: 64, height: 36, samples: 4, ..independent(&scene) };
     let want = film(&mut cpu(&scene), &settings);
     let agrees = |got: &Film| {
         if matches!(subject, BackendUnderTest::Cpu | BackendUnderTest::Cuda) {
@@ -111,7 +111,7 @@ fn camera_ray(camera: &Camera, settings: &Settings, pixel: usize) -> Ray {
 fn first_hits_agree(subject: BackendUnderTest) {
     let scene = scene("rtiow_final.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
-    let settings = Settings { width: 400, height: 225, seed: 7, ..Settings::of(&scene) };
+    let settings = Settings { width: 400, height: 225, seed: 7, ..independent(&scene) };
     let want = cpu(&scene).first_hits(&settings, 0).unwrap();
     let got = renderer.first_hits(&settings, 0).unwrap();
     let camera = renderer.camera(&settings);
@@ -151,7 +151,7 @@ fn first_hits_agree(subject: BackendUnderTest) {
 fn first_hits_are_the_nearest(subject: BackendUnderTest) {
     let scene = scene("rtiow_final.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
-    let settings = Settings { width: 200, height: 112, seed: 8, ..Settings::of(&scene) };
+    let settings = Settings { width: 200, height: 112, seed: 8, ..independent(&scene) };
     let hits = renderer.first_hits(&settings, 0).unwrap();
     let camera = renderer.camera(&settings);
     let wrong = |hits: &[FirstHit]| {
@@ -197,7 +197,7 @@ fn first_hits_are_the_nearest(subject: BackendUnderTest) {
 fn radiance_is_the_same_within_noise(subject: BackendUnderTest) {
     let scene = scene("rtiow_final.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
-    let settings = Settings { width: 128, height: 72, samples: 256, seed: 11, ..Settings::of(&scene) };
+    let settings = Settings { width: 128, height: 72, samples: 256, seed: 11, ..independent(&scene) };
     let want = film(&mut cpu(&scene), &Settings { seed: 12, ..settings.clone() });
     let test = ZTest::new(&film(&mut renderer, &settings), &want);
     eprintln!("{subject:?}: {test:?}");
@@ -213,7 +213,7 @@ fn radiance_is_the_same_within_noise(subject: BackendUnderTest) {
 fn roulette_keeps_the_mean(subject: BackendUnderTest) {
     let scene = scene("rtiow_final.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
-    let settings = Settings { width: 96, height: 54, samples: 128, seed: 21, ..Settings::of(&scene) };
+    let settings = Settings { width: 96, height: 54, samples: 128, seed: 21, ..independent(&scene) };
     let without = film(&mut renderer, &settings);
     let roulette = Settings { seed: 22, roulette: true, ..settings };
     let with = film(&mut renderer, &roulette);
@@ -242,7 +242,7 @@ for_each_backend!(
 fn fast_math_is_the_same_within_noise() {
     let scene = scene("rtiow_final.ron");
     let Some(mut cuda) = BackendUnderTest::Cuda.renderer(&scene) else { return };
-    let settings = Settings { width: 160, height: 90, samples: 128, seed: 31, ..Settings::of(&scene) };
+    let settings = Settings { width: 160, height: 90, samples: 128, seed: 31, ..independent(&scene) };
     let precise = film(&mut cuda, &settings);
     let fast = Settings { math: trisect::render::MathMode::Fast, ..settings };
     assert_ne!(differing(&film(&mut cuda, &fast), &precise), 0, "fast math is the precise build");

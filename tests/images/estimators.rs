@@ -8,7 +8,7 @@ use trisect::render::{KernelFeatures, Sampler, Settings};
 use trisect::scene::Scene;
 use trisect_shared::bsdf;
 use trisect_shared::features::{NAMES, NEEDS, of_material};
-use trisect_tests::renders::{apart, differing, film, lit};
+use trisect_tests::renders::{apart, differing, film, independent, lit};
 use trisect_tests::statistics::{BlockTest, Blocks, GLOBAL_LIMIT};
 use trisect_tests::{BackendUnderTest, for_each_backend, root, scene};
 
@@ -22,7 +22,7 @@ struct Case {
 
 fn case(name: &'static str, samples: (u32, u32)) -> Case {
     let scene = Scene::load(&root().join("scenes").join(name)).unwrap();
-    let settings = Settings { width: 32, height: 24, depth: 4, ..Settings::of(&scene) };
+    let settings = Settings { width: 32, height: 24, depth: 4, ..independent(&scene) };
     Case { name, scene, settings, samples }
 }
 
@@ -103,7 +103,7 @@ fn samplers_and_roulette_keep_the_mean(subject: BackendUnderTest) {
         let Some(mut renderer) = subject.renderer(&scene) else { return };
         let samples = if subject == BackendUnderTest::Cpu { 256 } else { 4 };
         let (width, height) = if subject == BackendUnderTest::Cpu { (32, 24) } else { (16, 12) };
-        let plain = Settings { width, height, samples, depth: 12, seed: 1, ..Settings::of(&scene) };
+        let plain = Settings { width, height, samples, depth: 12, seed: 1, ..independent(&scene) };
         let want = Blocks::new(&film(&mut renderer, &plain));
         let sobol = Settings { sampler: Sampler::Sobol, seed: 2, ..plain.clone() };
         let others = [
@@ -139,7 +139,7 @@ fn more_features_change_no_bit(subject: BackendUnderTest) {
         let Some(mut renderer) = subject.renderer(&scene) else { return };
         let info = renderer.device().info();
         let by_vulkan = info.backend == "wgpu" && info.kind == DeviceKind::Gpu;
-        let needed = Settings { width: 32, height: 18, samples: 2, ..Settings::of(&scene) };
+        let needed = Settings { width: 32, height: 18, samples: 2, ..independent(&scene) };
         let want = film(&mut renderer, &needed);
         let changed = |got: &Film| match subject {
             BackendUnderTest::WgpuNaga => apart(got, &want),
@@ -188,7 +188,7 @@ fn an_unused_material_changes_no_bit() {
                     samples: 16,
                     sampler,
                     roulette,
-                    ..Settings::of(&scene)
+                    ..independent(&scene)
                 };
                 let want = film(&mut simple, &settings);
                 let count = differing(&film(&mut all, &settings), &want);

@@ -7,7 +7,7 @@ use trisect::film::Film;
 use trisect::render::Settings;
 use trisect::scene::Scene;
 use trisect_shared::path::FirstHit;
-use trisect_tests::renders::{apart, brighter, cpu, differing, film, scene_files};
+use trisect_tests::renders::{apart, brighter, cpu, differing, film, independent, scene_files};
 use trisect_tests::statistics::{Blocks, GLOBAL_LIMIT};
 use trisect_tests::{BackendUnderTest, for_each_backend};
 
@@ -25,7 +25,7 @@ fn elsewhere(a: &[FirstHit], b: &[FirstHit]) -> usize {
 fn one(subject: BackendUnderTest, path: &Path) -> Option<()> {
     let scene = Scene::load(path).unwrap();
     let name = path.file_name().unwrap().display();
-    let settings = Settings { width: 24, height: 16, samples: 2, seed: 5, ..Settings::of(&scene) };
+    let settings = Settings { width: 24, height: 16, samples: 2, seed: 5, ..independent(&scene) };
     let mut renderer = subject.renderer(&scene)?;
     let mut cpu = cpu(&scene);
     let (got, want) = (film(&mut renderer, &settings), film(&mut cpu, &settings));
@@ -65,7 +65,7 @@ fn every_scene_is_the_cpus(subject: BackendUnderTest) {
     // sample.
     let path = files.iter().find(|path| path.ends_with("cornell_box.ron")).unwrap();
     let scene = Scene::load(path).unwrap();
-    let settings = Settings { width: 24, height: 16, samples: 2, seed: 5, ..Settings::of(&scene) };
+    let settings = Settings { width: 24, height: 16, samples: 2, seed: 5, ..independent(&scene) };
     let want = film(&mut cpu(&scene), &settings);
     let Some(mut renderer) = subject.renderer(&brighter(&scene)) else { return };
     assert!(!is_the_same(&film(&mut renderer, &settings), &want), "negative control not detected");

@@ -13,7 +13,7 @@ use trisect::film::Film;
 use trisect::image::Image;
 use trisect::render::{DisplayOptions, MathMode, Renderer, Sampler, Settings};
 use trisect::scene::Scene;
-use trisect_tests::renders::{brighter, film, scene_files};
+use trisect_tests::renders::{brighter, film, independent, scene_files};
 use trisect_tests::{BackendUnderTest, root};
 
 /// CRC-32 by what was rendered: scene, backend and kind of result.
@@ -103,7 +103,7 @@ fn results(renderer: &mut Renderer, settings: &Settings) -> Vec<(&'static str, u
 }
 
 fn settings(scene: &Scene) -> Settings {
-    Settings { width: 33, height: 19, samples: 3, seed: 7, ..Settings::of(scene) }
+    Settings { width: 33, height: 19, samples: 3, seed: 7, ..independent(scene) }
 }
 
 /// Adds the results of each scene on a backend. One backend renders them all, so that it compiles

@@ -12,7 +12,7 @@ use trisect::scene::description::{
     TextureUse, Wrap,
 };
 use trisect::scene::material::layers::{self, Layers};
-use trisect_tests::renders::{cpu, differing, film};
+use trisect_tests::renders::{cpu, differing, film, independent};
 use trisect_tests::{BackendUnderTest, for_each_backend};
 
 /// Returns a scene that a far camera looks at along -z, before a sky of radiance 1.
@@ -32,7 +32,7 @@ fn mean(film: &Film) -> DVec3 {
 }
 
 fn render(subject: BackendUnderTest, scene: &Scene) -> Option<DVec3> {
-    let film = film(&mut subject.renderer(scene)?, &Settings::of(scene));
+    let film = film(&mut subject.renderer(scene)?, &independent(scene));
     assert_eq!(film.counts().rejected, 0);
     Some(mean(&film))
 }
@@ -109,7 +109,7 @@ fn connections_inside_agree_with_light(subject: BackendUnderTest) {
     let mut dark = scene;
     (dark.sky.bottom, dark.sky.top) = (glam::Vec3::ZERO, glam::Vec3::ZERO);
     dark.camera.vertical_fov = 5.0f64.to_radians();
-    let settings = Settings { width: 9, height: 7, samples: 4096, depth: 12, ..Settings::of(&dark) };
+    let settings = Settings { width: 9, height: 7, samples: 4096, depth: 12, ..independent(&dark) };
     let few = if subject.is_software() { 1024 } else { 4096 };
     let settings = Settings { samples: few, ..settings };
     let Some(mut renderer) = subject.renderer(&dark) else { return };
@@ -124,7 +124,7 @@ fn connections_inside_agree_with_light(subject: BackendUnderTest) {
 /// lobes are those of their samples. Every backend shows the CPU's image.
 fn sampling_agrees_with_light(subject: BackendUnderTest) {
     let scene = Scene::load(&trisect_tests::root().join("scenes/layers.ron")).unwrap();
-    let settings = Settings { width: 16, height: 9, samples: 256, depth: 4, ..Settings::of(&scene) };
+    let settings = Settings { width: 16, height: 9, samples: 256, depth: 4, ..independent(&scene) };
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let with = film(&mut renderer, &settings);
     let without = film(&mut renderer, &Settings { light_sampling: false, samples: 1024, ..settings.clone() });
@@ -161,7 +161,7 @@ fn a_closed_room_keeps_its_light(subject: BackendUnderTest) {
         scene.camera.look_at = DVec3::new(-1.0, -0.7, -0.6);
         scene.camera.vertical_fov = 1.2;
         let samples = if subject.is_software() { 64 } else { 256 };
-        let settings = Settings { width: 13, height: 7, samples, depth: 32, ..Settings::of(&scene) };
+        let settings = Settings { width: 13, height: 7, samples, depth: 32, ..independent(&scene) };
         let Some(mut renderer) = subject.renderer(&scene) else { return };
         let got = film(&mut renderer, &settings);
         assert_eq!(got.counts().rejected, 0, "{layers}");
@@ -233,7 +233,7 @@ fn a_transmission_texture_is_read_once(subject: BackendUnderTest) {
             .extend(lamp.flats.iter().map(|flat| trisect_shared::planar::Planar { material: 2, ..*flat }));
         scene.materials.extend(lamp.materials);
         scene.camera = lamp.camera;
-        let settings = Settings { width: 8, height: 8, samples: 256, depth: 2, ..Settings::of(&scene) };
+        let settings = Settings { width: 8, height: 8, samples: 256, depth: 2, ..independent(&scene) };
         let Some(mut renderer) = subject.renderer(&scene) else { return };
         let found = mean(&film(&mut renderer, &settings)).x;
         // Half of the light passes; the noise of 16,384 samples is 0.004. Read twice, a quarter

@@ -5,7 +5,7 @@
 use std::fmt::Write;
 use trisect::render::Settings;
 use trisect::scene::{Includes, Rebase, Scene, SceneDocument};
-use trisect_tests::renders::film;
+use trisect_tests::renders::{film, independent};
 use trisect_tests::statistics::{BlockTest, Blocks};
 use trisect_tests::{BackendUnderTest, for_each_backend};
 
@@ -75,7 +75,7 @@ fn scene(is_lit: impl Fn(usize) -> bool) -> Scene {
 /// Returns the blocks of the scene with these lights.
 fn blocks(subject: BackendUnderTest, samples: u32, is_lit: impl Fn(usize) -> bool) -> Option<Blocks> {
     let scene = scene(is_lit);
-    let settings = Settings { samples, seed: 5 + samples, ..Settings::of(&scene) };
+    let settings = Settings { samples, seed: 5 + samples, ..independent(&scene) };
     Some(Blocks::new(&film(&mut subject.renderer(&scene)?, &settings)))
 }
 

@@ -11,7 +11,7 @@ use trisect::scene::description::{
     TextureImage, TextureUse, Wrap,
 };
 use trisect::scene::{CameraPose, Scene};
-use trisect_tests::renders::film;
+use trisect_tests::renders::{film, independent};
 use trisect_tests::{BackendUnderTest, for_each_backend};
 
 /// A direction of tangent space, towards +u, up in the image, and out of the surface.
@@ -68,7 +68,7 @@ pub(super) fn sunlit(
 }
 
 pub(super) fn settings(scene: &Scene) -> Settings {
-    Settings { width: 8, height: 8, samples: 2, depth: 2, ..Settings::of(scene) }
+    Settings { width: 8, height: 8, samples: 2, depth: 2, ..independent(scene) }
 }
 
 /// Returns what a diffuse white surface reflects to the camera, whose interpolated normal is +z.

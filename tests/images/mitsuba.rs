@@ -7,7 +7,7 @@ use trisect::image::Image;
 use trisect::render::Settings;
 use trisect::scene::Scene;
 use trisect_shared::bsdf::{CONDUCTOR, ROUGH_DIELECTRIC};
-use trisect_tests::renders::{cpu, film, lit};
+use trisect_tests::renders::{cpu, film, independent, lit};
 use trisect_tests::statistics::{BLOCK, BlockTest, Blocks};
 
 fn folder() -> PathBuf {
@@ -39,7 +39,7 @@ fn scene(name: &str) -> Scene {
 /// Renders a scene and compares it with the reference. A relative difference of 1e-4 is allowed,
 /// for f32 sums in the reference and the resampling of environment maps.
 fn compare(scene: &Scene, reference: &Blocks, samples: u32) -> BlockTest {
-    let settings = Settings { samples, seed: 3, ..Settings::of(scene) };
+    let settings = Settings { samples, seed: 3, ..independent(scene) };
     let film = film(&mut cpu(scene), &settings);
     assert_eq!(film.counts().rejected, 0);
     Blocks::new(&film).compare(reference, 1e-4)

@@ -11,7 +11,7 @@ use trisect::scene::Scene;
 use trisect_shared::aovs::AovSums;
 use trisect_shared::film::PixelSums;
 use trisect_tests::oidn::available;
-use trisect_tests::renders::cpu;
+use trisect_tests::renders::{cpu, independent};
 use trisect_tests::scene;
 
 fn rel_mse(image: &Image, reference: &Image) -> f64 {
@@ -47,7 +47,7 @@ fn noise_falls() {
     for name in ["cornell_box.ron", "rtiow_final.ron"] {
         let scene = scene(name);
         let mut renderer = cpu(&scene);
-        let settings = Settings::of(&scene).size(128, 96);
+        let settings = independent(&scene).size(128, 96);
         let settings = Settings { depth: 8, ..settings };
         let exact = Settings { sampler: Sampler::Sobol, ..settings.clone() }.spp(1024).seed(9);
         let exact = renderer.render(&exact).unwrap().image();
@@ -170,7 +170,7 @@ fn the_film_stays() {
     }
     let scene = scene("cornell_box.ron");
     let mut renderer = cpu(&scene);
-    let settings = Settings::of(&scene).size(33, 21).spp(2);
+    let settings = independent(&scene).size(33, 21).spp(2);
     let plain = renderer.render(&Settings { guides: true, ..settings.clone() }).unwrap().film;
     let frame = renderer.render(&settings.clone().denoise(Denoiser::Oidn)).unwrap();
     assert_eq!(frame.film, plain);

@@ -142,15 +142,16 @@ fn is(subject: BackendUnderTest, scene: &Scene, samples: u32, irradiance: f64) -
 
 const BALL: &str = "Sphere(center: (0, 2.5, 0), radius: 1, material: \"glass\")";
 
-/// Points of the floor: between axis and caustic, where three paths meet, near its edge, and beyond,
-/// where there is one.
+/// Points of the floor in the ball's shadow, near the axis and near the shadow's edge.
 fn a_ball_is_as_in_closed_form(subject: BackendUnderTest) {
     let samples = if subject == BackendUnderTest::Cpu { 256 } else { 16 };
-    for (light, lamp) in [
-        ("Point(position: (0, 6.5, 0), intensity: (9, 9, 9))", Lamp::Point { distance: 4.0, intensity: 9.0 }),
-        ("Directional(direction: (0, -1, 0), irradiance: (2, 2, 2))", Lamp::Sun { irradiance: 2.0 }),
+    let point = "Point(position: (0, 6.5, 0), intensity: (9, 9, 9))";
+    let sun = "Directional(direction: (0, -1, 0), irradiance: (2, 2, 2))";
+    for (light, lamp, points) in [
+        (point, Lamp::Point { distance: 4.0, intensity: 9.0 }, [0.05, 0.3, 0.7, 1.1]),
+        (sun, Lamp::Sun { irradiance: 2.0 }, [0.05, 0.3, 0.7, 0.95]),
     ] {
-        for x in [0.05, 0.3, 0.7, 1.1] {
+        for x in points {
             let (scene, want) = (patch(x, BALL, light), below_ball(x, lamp));
             eprintln!("{light} at {x}: {want}");
             let Some(holds) = is(subject, &scene, samples, want) else { return };

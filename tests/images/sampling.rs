@@ -14,7 +14,7 @@ use trisect::render::{RenderObserver, Renderer, Sampler, Settings, Summation};
 use trisect::scene::Scene;
 use trisect_lab::statistics::mean_and_error;
 use trisect_tests::fault_injecting_backend::FaultInjectingBackend;
-use trisect_tests::renders::{cpu, differing, film};
+use trisect_tests::renders::{cpu, differing, film, independent};
 use trisect_tests::statistics::{Blocks, GLOBAL_LIMIT};
 use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
@@ -27,7 +27,7 @@ fn sample(renderer: &mut Renderer, settings: &Settings, goal: Goal, adaptive: Ad
 }
 
 fn small(scene: &Scene) -> Settings {
-    Settings { width: 40, height: 27, depth: 6, ..Settings::of(scene) }
+    Settings { width: 40, height: 27, depth: 6, ..independent(scene) }
 }
 
 /// Returns whether the device divides as the CPU does; Vulkan allows 2.5 ULP.
@@ -200,7 +200,7 @@ fn stopping_adds_no_bias() {
         let scene = scene(name);
         let mut renderer = cpu(&scene);
         // With a clamp, because the few samples that see the lamp would hide everything else.
-        let settings = Settings { width: 24, height: 16, depth: 5, clamp: Some(2.0), ..Settings::of(&scene) };
+        let settings = Settings { width: 24, height: 16, depth: 5, clamp: Some(2.0), ..independent(&scene) };
         let mut means = [Vec::new(), Vec::new()];
         for seed in 0..128 {
             let settings = Settings { seed: 10 * seed + 5, ..settings.clone() };
@@ -246,7 +246,7 @@ fn few_samples() {
 fn goals() {
     let scene = scene("three_spheres.ron");
     let mut renderer = cpu(&scene);
-    let settings = Settings { width: 16, height: 9, depth: 4, ..Settings::of(&scene) };
+    let settings = Settings { width: 16, height: 9, depth: 4, ..independent(&scene) };
     for target in [0.0, -1.0, 1.0, f64::NAN] {
         let bad = request(Goal::Error { target, max_samples: 1 }, Adaptive::Auto);
         let error = adaptive::render(&mut renderer, &settings, &bad, &mut ()).err().unwrap();
@@ -274,7 +274,7 @@ fn it_can_be_cancelled() {
     }
     let scene = scene("three_spheres.ron");
     let request = request(Goal::Error { target: 0.01, max_samples: 100 }, Adaptive::Auto);
-    let settings = Settings { width: 16, height: 9, ..Settings::of(&scene) };
+    let settings = Settings { width: 16, height: 9, ..independent(&scene) };
     let ended = adaptive::render(&mut cpu(&scene), &settings, &request, &mut No);
     assert!(matches!(ended, Err(trisect::Error::Cancelled)));
 }
@@ -298,7 +298,7 @@ fn the_end_is_not_waited_for_long() {
         }
     }
     let scene = scene("rtiow_final.ron");
-    let settings = Settings { width: 640, height: 360, depth: 6, ..Settings::of(&scene) };
+    let settings = Settings { width: 640, height: 360, depth: 6, ..independent(&scene) };
     let pixels = settings.pixels() as f64;
     for (adaptive, is_gpu) in [(Adaptive::Off, false), (Adaptive::Off, true), (Adaptive::On, false)] {
         let mean_samples = |slow: bool| {

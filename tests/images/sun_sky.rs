@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use trisect::film::Film;
 use trisect::render::Settings;
 use trisect::scene::Scene;
-use trisect_tests::renders::film;
+use trisect_tests::renders::{film, independent};
 use trisect_tests::{BackendUnderTest, for_each_backend};
 
 /// A white plane under a sky, seen from straight above.
@@ -66,7 +66,7 @@ fn a_plane_has_the_irradiance_of_the_sky(subject: BackendUnderTest) {
     ] {
         let scene = plane(sky);
         let samples = if subject == BackendUnderTest::Cpu { 2048 } else { 64 };
-        let settings = Settings { samples, ..Settings::of(&scene) };
+        let settings = Settings { samples, ..independent(&scene) };
         let Some(mut renderer) = subject.renderer(&scene) else { return };
         let film = film(&mut renderer, &settings);
         let radiance = irradiance(&scene).map(|irradiance| irradiance / PI);

@@ -10,7 +10,7 @@ use trisect::metrics::{ImageView, compare};
 use trisect::render::{Renderer, Sampler, Settings};
 use trisect::scene::{CameraPose, Scene};
 use trisect::view::{ViewOptions, Viewer};
-use trisect_tests::renders::{cpu, film};
+use trisect_tests::renders::{cpu, film, independent};
 use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
 const SVGF: DenoiseSettings = DenoiseSettings::new(Filter::Svgf);
@@ -37,7 +37,7 @@ fn spheres() -> Scene {
 }
 
 fn settings(scene: &Scene, seed: u32) -> Settings {
-    Settings { width: 48, height: 40, samples: 1, depth: 4, seed, ..Settings::of(scene) }
+    Settings { width: 48, height: 40, samples: 1, depth: 4, seed, ..independent(scene) }
 }
 
 /// Returns camera poses that move to the side, past objects in front of others.

@@ -4,7 +4,7 @@
 
 use trisect::film::Film;
 use trisect::render::Settings;
-use trisect_tests::renders::{film, lit};
+use trisect_tests::renders::{film, independent, lit};
 use trisect_tests::statistics::Known;
 use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
@@ -32,7 +32,7 @@ fn radiance_is_known(subject: BackendUnderTest) {
         let scene = scene(name);
         // The random choice of one of three lights adds noise.
         let many = if name == "light_punctual.ron" { 4096 } else { 512 };
-        let settings = Settings { samples: samples(subject, many, 8), ..Settings::of(&scene) };
+        let settings = Settings { samples: samples(subject, many, 8), ..independent(&scene) };
         let Some(mut renderer) = subject.renderer(&scene) else { return };
         assert!(is(&film(&mut renderer, &settings), want), "{name}");
         if subject == BackendUnderTest::Cpu {

@@ -18,6 +18,7 @@ use trisect_shared::ray::{OriginPrimitive, Ray};
 use trisect_shared::scene as shared;
 use trisect_shared::traversal::closest_hit;
 use trisect_shared::wide::WideTree;
+use trisect_tests::renders::independent;
 use trisect_tests::scene;
 
 const SETS: [InstructionSet; 3] = [InstructionSet::Avx512, InstructionSet::Avx2, InstructionSet::Baseline];
@@ -257,7 +258,7 @@ fn images_are_the_same() {
             samples: 4,
             seed,
             traversal: Some(traversal),
-            ..Settings::of(&scene)
+            ..independent(&scene)
         };
         let want = film(&scene, InstructionSet::Baseline, &by(Traversal::Stack, 1));
         let linear = film(&scene, InstructionSet::Baseline, &by(Traversal::Linear, 1));

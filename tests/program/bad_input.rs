@@ -119,7 +119,9 @@ fn settings_out_of_range() {
     }
     fails(&["render", "--aov=normal", "-o", out], 2, &["--aov", ".exr"]);
     fails(&["render", "--aov=normal,beauty", "-o", out], 2, &["beauty", "albedo"]);
-    let kernel = |features| ["render", "--denoise=svgf", features, "--backend=cpu", "-o", out];
+    let kernel = |features| {
+        ["render", "--sampler=independent", "--denoise=svgf", features, "--backend=cpu", "-o", out]
+    };
     fails(&kernel("--features=spheres,aovs"), 2, &["--features lacks", "lambertian,metal,dielectric"]);
     fails(&kernel("--features=+sobol"), 2, &["--features", "differ in sobol"]);
     fails(&kernel("--features=sphere"), 2, &["unknown feature sphere", "known: ", "spheres"]);

@@ -27,6 +27,8 @@ fn lab(scene: &str, folder: &Path, more: &[&str]) -> Output {
         scene.to_str().unwrap(),
         "--backend",
         "cpu",
+        "--sampler",
+        "independent",
         "--resolution",
         "48x27",
         "--levels",
@@ -140,7 +142,7 @@ fn no_time_at_all() {
     let output = trisect(&all);
     assert_eq!(output.status.code(), Some(7), "{}", text(&output.stderr));
     let said = text(&output.stdout);
-    for name in ["base as asked", "sampler sobol", "depth 2"] {
+    for name in ["base as asked", "sampler independent", "depth 2"] {
         let line = format!("not measured: {name}: 1, 4, 16 samples a pixel; ended by the time limit");
         assert!(said.contains(&line), "{said}");
     }
@@ -216,6 +218,8 @@ fn courses_of_error() {
             scene.to_str().unwrap(),
             "--backend",
             "cpu",
+            "--sampler",
+            "independent",
             "--resolution",
             "32x18",
             "--knobs",

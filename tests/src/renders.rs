@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use trisect::film::{Film, PixelTotals};
-use trisect::render::{FilmObserver, Renderer, Settings};
+use trisect::render::{FilmObserver, Renderer, Sampler, Settings};
 use trisect::scene::Scene;
 
 /// Returns a renderer of the scene on the CPU.
@@ -18,6 +18,12 @@ pub fn cpu(scene: &Scene) -> Renderer {
         Some(renderer) => renderer,
         None => panic!("the CPU is always there"),
     }
+}
+
+/// Returns the settings of a scene with independent samples, for tests whose statistics take the
+/// variance of a film: with the Sobol sequence it overestimates the noise.
+pub fn independent(scene: &Scene) -> Settings {
+    Settings { sampler: Sampler::Independent, ..Settings::of(scene) }
 }
 
 /// Renders a film.

@@ -10,7 +10,7 @@ use trisect_shared::aovs::AovSums;
 use trisect_shared::bvh::NO_PRIMITIVE;
 use trisect_shared::film::PixelSums;
 use trisect_shared::rng::PathKey;
-use trisect_tests::renders::cpu;
+use trisect_tests::renders::{cpu, independent};
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
@@ -35,7 +35,7 @@ impl Wall {
 
     fn settings(&self) -> Settings {
         let scene = scene("three_spheres.ron");
-        Settings { width: self.width, height: self.height, samples: 1, ..Settings::of(&scene) }
+        Settings { width: self.width, height: self.height, samples: 1, ..independent(&scene) }
     }
 
     fn film(&self, renderer: &Renderer, settings: &Settings) -> Film {
@@ -224,7 +224,7 @@ fn view(image: &Image) -> ImageView<'_> {
 /// samples on it is not.
 fn t40_error_by_samples(subject: BackendUnderTest) {
     let scene = scene("cornell_box.ron");
-    let size = Settings { width: 64, height: 64, samples: 1, seed: 5, guides: true, ..Settings::of(&scene) };
+    let size = Settings { width: 64, height: 64, samples: 1, seed: 5, guides: true, ..independent(&scene) };
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let sobol = Settings { samples: 2048, seed: 9, sampler: Sampler::Sobol, guides: false, ..size.clone() };
     let reference = cpu(&scene).render(&sobol).unwrap().film.image();

@@ -4,7 +4,7 @@ use trisect::render::Settings;
 use trisect::scene::Scene;
 use trisect_shared::material::EMITS_BOTH_SIDES;
 use trisect_shared::math::luminance;
-use trisect_tests::renders::{film, lit};
+use trisect_tests::renders::{film, independent, lit};
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::statistics::Known;
 use trisect_tests::{BackendUnderTest, for_each_backend};
@@ -42,7 +42,7 @@ fn t02_closed_emissive_sphere(subject: BackendUnderTest) {
     let mut worst = 0.0f64;
     for &depth in depths {
         for light_sampling in [true, false] {
-            let settings = Settings { samples, depth, light_sampling, seed: depth, ..Settings::of(&scene) };
+            let settings = Settings { samples, depth, light_sampling, seed: depth, ..independent(&scene) };
             let known = Known::of(&film(&mut renderer, &settings).pixels, radiance(0.5, 0.5, depth));
             assert!(known.holds(), "depth {depth}, light sampling {light_sampling}: {known:?}");
             worst = worst.max(known.off);
@@ -53,7 +53,7 @@ fn t02_closed_emissive_sphere(subject: BackendUnderTest) {
         subject.renderer(&enclosure(0.51, 0.5, "(0.3, 0.2, 0.1)")).expect("the backend opened before");
     for light_sampling in [true, false] {
         let samples = if subject.is_software() && light_sampling { 64 } else { samples };
-        let settings = Settings { samples, depth: 8, light_sampling, ..Settings::of(&scene) };
+        let settings = Settings { samples, depth: 8, light_sampling, ..independent(&scene) };
         let known = Known::of(&film(&mut renderer, &settings).pixels, radiance(0.5, 0.5, 8));
         assert!(!known.holds(), "negative control not detected: {known:?}");
     }
@@ -82,7 +82,7 @@ fn t36_enclosures(subject: BackendUnderTest) {
                 samples: 2,
                 depth,
                 light_sampling: false,
-                ..Settings::of(&scene)
+                ..independent(&scene)
             };
             let film = film(&mut renderer, &settings);
             assert_eq!(film.counts().segments, 2 * 16 * u64::from(depth), "a path ended early");
@@ -148,7 +148,7 @@ fn t32_camera_within(subject: BackendUnderTest) {
             samples: 16,
             depth: 200,
             light_sampling: false,
-            ..Settings::of(scene)
+            ..independent(scene)
         };
         for pixel in &film(&mut renderer, &settings).pixels {
             assert!(
@@ -173,7 +173,7 @@ fn t32_camera_within(subject: BackendUnderTest) {
         samples: 4,
         depth: 200,
         light_sampling: false,
-        ..Settings::of(&scene)
+        ..independent(&scene)
     };
     for pixel in &film(&mut renderer, &settings).pixels {
         let mean = pixel.mean()[1];

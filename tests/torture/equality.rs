@@ -10,7 +10,7 @@ use trisect_probes::record::{Input, Output, row};
 use trisect_probes::scatter::{EVALUATE, SAMPLE};
 use trisect_shared::math::unit_sphere;
 use trisect_shared::rng::PathKey;
-use trisect_tests::renders::{cpu, differing, film, scene_files};
+use trisect_tests::renders::{cpu, differing, film, independent, scene_files};
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::{BackendUnderTest, for_each_backend};
 
@@ -101,13 +101,13 @@ fn t19_t20_bits(subject: BackendUnderTest) {
         let scene = Scene::load(&path).unwrap();
         let Some(mut renderer) = subject.renderer(&scene) else { return };
         let mut cpu = cpu(&scene);
-        let many = Settings { width: 160, height: 120, ..Settings::of(&scene) };
+        let many = Settings { width: 160, height: 120, ..independent(&scene) };
         let (got, want) = (renderer.first_hits(&many, 0).unwrap(), cpu.first_hits(&many, 0).unwrap());
         rays += got.len();
         ids += got.iter().zip(&want).filter(|(a, b)| a.primitive != b.primitive).count();
         hits +=
             got.iter().zip(&want).filter(|(a, b)| bytemuck::bytes_of(*a) != bytemuck::bytes_of(*b)).count();
-        let few = Settings { width: 16, height: 12, samples: 1, ..Settings::of(&scene) };
+        let few = Settings { width: 16, height: 12, samples: 1, ..independent(&scene) };
         pixels += few.pixels() as usize;
         radiance += differing(&film(&mut renderer, &few), &film(&mut cpu, &few));
     }
@@ -115,7 +115,7 @@ fn t19_t20_bits(subject: BackendUnderTest) {
         // Negative control: the rays of another sample.
         let scene = trisect_tests::scene("cornell_box.ron");
         let mut cpu = cpu(&scene);
-        let few = Settings { width: 16, height: 12, samples: 1, ..Settings::of(&scene) };
+        let few = Settings { width: 16, height: 12, samples: 1, ..independent(&scene) };
         assert_ne!(cpu.first_hits(&few, 0).unwrap(), cpu.first_hits(&few, 1).unwrap());
         return;
     }

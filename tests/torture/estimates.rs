@@ -3,7 +3,7 @@
 use trisect::film::Film;
 use trisect::render::{Fresnel, Settings};
 use trisect::scene::Scene;
-use trisect_tests::renders::{film, lit};
+use trisect_tests::renders::{film, independent, lit};
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::statistics::{GLOBAL_LIMIT, Known, ZTest};
 use trisect_tests::{BackendUnderTest, for_each_backend, scene};
@@ -31,7 +31,7 @@ fn t14_index_matched_sphere(subject: BackendUnderTest) {
         let mut scene = window(ior, gradient, object);
         scene.camera.vertical_fov = 14f64.to_radians();
         let samples = if subject.is_software() { 16 } else { 256 };
-        let settings = Settings { samples, ..Settings::of(&scene) };
+        let settings = Settings { samples, ..independent(&scene) };
         Some(film(&mut subject.renderer(&scene)?, &settings))
     };
     let Some(without) = seen(1.0, false) else { return };
@@ -54,7 +54,7 @@ fn t14_index_matched_sphere(subject: BackendUnderTest) {
     scene.camera.vertical_fov = 2.0 * 1e-3f64.atan();
     let samples = if subject.is_software() { 256 } else { 4096 };
     let reflected = |fresnel| {
-        let settings = Settings { samples, depth: 2, fresnel, ..Settings::of(&scene) };
+        let settings = Settings { samples, depth: 2, fresnel, ..independent(&scene) };
         let film = film(&mut subject.renderer(&scene).expect("the backend opened before"), &settings);
         // Rays beside the sphere see the sky. They are 1 - π/4 of the square.
         let beside = 1.0 - std::f64::consts::FRAC_PI_4;
@@ -79,7 +79,7 @@ fn t35_roulette_keeps_the_mean(subject: BackendUnderTest) {
     let scene = scene("three_spheres.ron");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let (width, height, samples) = if subject.is_software() { (16, 9, 192) } else { (32, 18, 2048) };
-    let plain = Settings { width, height, samples, depth: 30, seed: 1, ..Settings::of(&scene) };
+    let plain = Settings { width, height, samples, depth: 30, seed: 1, ..independent(&scene) };
     let want = film(&mut renderer, &plain);
     let mut worst = 0.0f64;
     for roulette_depth in [1, 3] {
@@ -111,7 +111,7 @@ fn fireflies(subject: BackendUnderTest) -> (f64, f64) {
     let mut renderer = subject.renderer(&scene).expect("the backend opened before");
     let samples = if subject.is_software() { 128 } else { 1024 };
     let plain =
-        Settings { width: 16, height: 16, samples, depth: 6, light_sampling: false, ..Settings::of(&scene) };
+        Settings { width: 16, height: 16, samples, depth: 6, light_sampling: false, ..independent(&scene) };
     let want = film(&mut renderer, &plain);
     let mut apart = |settings: Settings| {
         let test = ZTest::new(&film(&mut renderer, &settings), &want);
@@ -154,7 +154,7 @@ fn t43_convergence_slope(subject: BackendUnderTest) {
     let last = if subject.is_software() { 9 } else { 12 };
     let mut errors = |offset: f64| -> Vec<(f64, f64)> {
         let mut at = |log2: u32| {
-            let settings = Settings { samples: 1 << log2, seed: log2, ..Settings::of(&scene) };
+            let settings = Settings { samples: 1 << log2, seed: log2, ..independent(&scene) };
             let film = film(&mut renderer, &settings);
             let squares: f64 = film.pixels.iter().map(|p| (p.mean()[0] - want - offset).powi(2)).sum();
             (f64::from(log2), 0.5 * (squares / film.pixels.len() as f64).log2())

@@ -7,7 +7,7 @@ use trisect::render::{Renderer, SampleBlock, Settings, SettingsError};
 use trisect::scene::Scene;
 use trisect_shared::film::{CHUNK_SAMPLES, PixelSums};
 use trisect_shared::rng::PathKey;
-use trisect_tests::renders::film;
+use trisect_tests::renders::{film, independent};
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
@@ -17,7 +17,7 @@ const SAMPLES: u32 = 2 * CHUNK_SAMPLES + 44;
 /// Returns the scene of three spheres, with settings for few pixels and short paths.
 fn hello() -> (Scene, Settings) {
     let scene = scene("three_spheres.ron");
-    let settings = Settings { width: 7, height: 10, samples: SAMPLES, depth: 6, ..Settings::of(&scene) };
+    let settings = Settings { width: 7, height: 10, samples: SAMPLES, depth: 6, ..independent(&scene) };
     (scene, settings)
 }
 
@@ -135,7 +135,7 @@ fn void(radiance: f32) -> Scene {
 /// Returns the sums of the only pixel over one chunk, as the device had them.
 fn chunk(subject: BackendUnderTest, radiance: f32, samples: u32) -> Option<PixelSums> {
     let scene = void(radiance);
-    let settings = Settings { samples, ..Settings::of(&scene) };
+    let settings = Settings { samples, ..independent(&scene) };
     let PixelTotals { radiance, squares, samples, segments, .. } =
         film(&mut subject.renderer(&scene)?, &settings).pixels.exact()[0];
     let sums =

@@ -4,7 +4,7 @@ use glam::Vec3;
 use trisect::film::FilmCounts;
 use trisect::render::Settings;
 use trisect::scene::Scene;
-use trisect_tests::renders::{film, scene_files};
+use trisect_tests::renders::{film, independent, scene_files};
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
@@ -13,7 +13,7 @@ use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 fn with_mutant(subject: BackendUnderTest, plant: impl Fn(&mut Scene)) -> Option<(FilmCounts, bool)> {
     let mut scene = scene("three_spheres.ron");
     plant(&mut scene);
-    let settings = Settings { width: 12, height: 8, samples: 8, depth: 4, ..Settings::of(&scene) };
+    let settings = Settings { width: 12, height: 8, samples: 8, depth: 4, ..independent(&scene) };
     let film = film(&mut subject.renderer(&scene)?, &settings);
     let finite = film.pixels.iter().all(|p| p.samples == 0 || p.mean().iter().all(|m| m.is_finite()));
     Some((film.counts(), finite))
@@ -26,7 +26,7 @@ fn t03_nothing_is_caught(subject: BackendUnderTest) {
     for path in &files {
         let scene = Scene::load(path).unwrap();
         let spp = if subject.is_software() { 2 } else { 64 };
-        let settings = Settings { width: 16, height: 12, samples: spp, seed: 3, ..Settings::of(&scene) };
+        let settings = Settings { width: 16, height: 12, samples: spp, seed: 3, ..independent(&scene) };
         let Some(mut renderer) = subject.renderer(&scene) else { return };
         let counts = film(&mut renderer, &settings).counts();
         assert_eq!((counts.rejected, counts.unwritten), (0, 0), "{}", path.display());

@@ -8,7 +8,7 @@ use trisect::scene::Scene;
 use trisect_shared::attributes::MeshVertex;
 use trisect_shared::math::normalize;
 use trisect_shared::triangle::Triangle;
-use trisect_tests::renders::film;
+use trisect_tests::renders::{film, independent};
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::statistics::{GLOBAL_LIMIT, Known};
 use trisect_tests::{BackendUnderTest, for_each_backend};
@@ -79,7 +79,7 @@ fn samples(subject: BackendUnderTest, cpu: u32, software: u32) -> u32 {
 fn seen(subject: BackendUnderTest, scene: &Scene, depths: &[u32], samples: u32) -> Option<Vec<Known>> {
     let mut renderer = subject.renderer(scene)?;
     let at = |depth: &u32| {
-        let settings = Settings { depth: *depth, samples, ..Settings::of(scene) };
+        let settings = Settings { depth: *depth, samples, ..independent(scene) };
         Known::of(&film(&mut renderer, &settings).pixels, 1.0)
     };
     Some(depths.iter().map(at).collect())
@@ -129,7 +129,7 @@ fn t10_white_furnace(subject: BackendUnderTest) {
         // renders in reasonable time.
         let Some(want) = normal.filter(|&n| n < 0.99 || samples(subject, 1, 0) == 1) else { continue };
         let scene = furnace(&format!("\"a\": {material}"), SPHERE, 0.001);
-        let settings = Settings { samples: samples(subject, 1024, 32), ..Settings::of(&scene) };
+        let settings = Settings { samples: samples(subject, 1024, 32), ..independent(&scene) };
         let Some(mut renderer) = subject.renderer(&scene) else { return };
         let known = Known::of(&film(&mut renderer, &settings).pixels, want);
         // 5e-5 is half of the last known digit.
@@ -163,7 +163,7 @@ fn t31_hollow_and_nested(subject: BackendUnderTest) {
     {
         let scene = furnace(materials, &format!("{SPHERE}{inside}"), WINDOW);
         let Some(mut renderer) = subject.renderer(&scene) else { return };
-        let settings = Settings { samples: samples(subject, 64, 8), ..Settings::of(&scene) };
+        let settings = Settings { samples: samples(subject, 64, 8), ..independent(&scene) };
         // Each path has a weight of 1, so there is no noise: each pixel is 1 within rounding,
         // unless a path is cut off.
         let got = film(&mut renderer, &settings);
@@ -216,7 +216,7 @@ fn t45_coarse_mirrors(subject: BackendUnderTest) {
     for material in mirrors {
         let scene = coarse_ball(material);
         let Some(mut renderer) = subject.renderer(&scene) else { return };
-        let settings = Settings { width: 32, height: 32, samples: 16, ..Settings::of(&scene) };
+        let settings = Settings { width: 32, height: 32, samples: 16, ..independent(&scene) };
         for pixel in &film(&mut renderer, &settings).pixels {
             let off = (pixel.mean()[0] - 1.0).abs();
             assert!(off <= Known::ROUNDING, "{material}: {pixel:?}");

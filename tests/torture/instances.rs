@@ -13,7 +13,7 @@ use trisect_probes::trace::{CLOSEST, LEAVE_SURFACE, LEAVE_WITHOUT_OFFSET};
 use trisect_shared::bvh::{Child, NO_PRIMITIVE};
 use trisect_shared::math::{normalize, unit_f32, unit_sphere};
 use trisect_tests::probe::{ProbeScene, Prober};
-use trisect_tests::renders::{cpu, differing, film};
+use trisect_tests::renders::{cpu, differing, film, independent};
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::{BackendUnderTest, for_each_backend};
 
@@ -268,7 +268,7 @@ fn t46_images_of_instances(subject: BackendUnderTest) {
     let shared = heap(Sharing::Always);
     assert!(shared.triangles.is_empty());
     let Some(mut renderer) = subject.renderer(&shared) else { return };
-    let settings = Settings { width: 96, height: 65, samples: 16, depth: 6, ..Settings::of(&shared) };
+    let settings = Settings { width: 96, height: 65, samples: 16, depth: 6, ..independent(&shared) };
     let got = film(&mut renderer, &settings);
     let want = film(&mut cpu(&shared), &settings);
     // A test of each triangle takes long on a software device.
@@ -329,7 +329,7 @@ fn room(open: bool) -> Scene {
 fn t46_closed_rooms(subject: BackendUnderTest) {
     let scene = room(false);
     let Some(mut renderer) = subject.renderer(&scene) else { return };
-    let settings = Settings { width: 61, height: 43, samples: 32, depth: 40, ..Settings::of(&scene) };
+    let settings = Settings { width: 61, height: 43, samples: 32, depth: 40, ..independent(&scene) };
     let lit = |film: &trisect::film::Film| film.pixels.iter().filter(|pixel| pixel.mean()[0] > 0.0).count();
     let dark = lit(&film(&mut renderer, &settings));
     assert!(dark <= 2, "{dark} pixels see the sky");

@@ -7,7 +7,7 @@ use trisect::scene::{Rebase, Scene};
 use trisect_shared::bvh::NO_PRIMITIVE;
 use trisect_shared::path::FirstHit;
 use trisect_tests::program::folder;
-use trisect_tests::renders::{differing, film, scene_files};
+use trisect_tests::renders::{differing, film, independent, scene_files};
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::statistics::Blocks;
 use trisect_tests::{BackendUnderTest, for_each_backend, root};
@@ -48,7 +48,7 @@ fn square_changes(subject: BackendUnderTest, half: f64) -> Option<bool> {
          materials: {{ \"a\": Lambertian(albedo: (0.5, 0.5, 0.5)) }}, objects: [Mesh(file: \"square.ply\", material: \"a\")])"
     );
     std::fs::write(&path, text).unwrap();
-    let image = |scene: &Scene| Some(film(&mut subject.renderer(scene)?, &Settings::of(scene)));
+    let image = |scene: &Scene| Some(film(&mut subject.renderer(scene)?, &independent(scene)));
     let want = image(&Scene::load(&path).unwrap())?;
     let mut dropped = false;
     for k in [-20, 20] {
@@ -76,7 +76,7 @@ fn t08_scaled_by_powers_of_two(subject: BackendUnderTest) {
         }
         let scene = Scene::load(path).unwrap();
         let (width, height, samples) = if subject.is_software() { (12, 8, 2) } else { (32, 24, 8) };
-        let settings = Settings { width, height, samples, seed: 8, ..Settings::of(&scene) };
+        let settings = Settings { width, height, samples, seed: 8, ..independent(&scene) };
         let image = |scene: &Scene| Some(film(&mut subject.renderer(scene)?, &settings));
         let Some(want) = image(&scene) else { return };
         let changed = |scene: &Scene| differing(&image(scene).expect("the backend opened before"), &want);
@@ -145,7 +145,7 @@ fn t29_translated_by_powers_of_two(subject: BackendUnderTest) {
     let path = root().join("scenes/three_spheres.ron");
     let scene = Scene::load(&path).unwrap();
     let (width, height) = if subject.is_software() { (48, 27) } else { (160, 90) };
-    let settings = Settings { width, height, samples: 2, depth: 8, ..Settings::of(&scene) };
+    let settings = Settings { width, height, samples: 2, depth: 8, ..independent(&scene) };
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let wanted = renderer.first_hits(&settings, 0).unwrap();
     let mut table = "   k  pixels changed  median error  greatest error  predicted".to_owned();
@@ -225,7 +225,7 @@ fn t42_denormal_scene(subject: BackendUnderTest) {
     // denormals, as it may, those up to 2^-8 of it are 0, and the image differs within its noise.
     let path = root().join("scenes/three_spheres.ron");
     let scene = Scene::load(&path).unwrap();
-    let settings = Settings { width: 24, height: 14, samples: 4, depth: 8, seed: 8, ..Settings::of(&scene) };
+    let settings = Settings { width: 24, height: 14, samples: 4, depth: 8, seed: 8, ..independent(&scene) };
     let image = |scene: &Scene| Some(film(&mut subject.renderer(scene)?, &settings));
     let Some(want) = image(&scene) else { return };
     let changed = |scene: &Scene| differing(&image(scene).expect("the backend opened before"), &want);

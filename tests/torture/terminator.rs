@@ -5,12 +5,11 @@ use crate::mesh::Mesh;
 use bytemuck::Zeroable;
 use glam::{EulerRot, Quat, Vec3};
 use trisect::film::Film;
-use trisect::render::Settings;
 use trisect::scene::Scene;
 use trisect_shared::attributes::MeshVertex;
 use trisect_shared::math::{normalize, unit_sphere};
 use trisect_shared::triangle::Triangle;
-use trisect_tests::renders::{cpu, differing, film};
+use trisect_tests::renders::{cpu, differing, film, independent};
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::{BackendUnderTest, for_each_backend};
 
@@ -73,7 +72,7 @@ fn lit(film: &Film, triangles: &[Triangle]) -> (usize, usize) {
 fn t47_terminators(subject: BackendUnderTest) {
     let (scene, triangles) = ball("");
     let Some(mut renderer) = subject.renderer(&scene) else { return };
-    let settings = Settings::of(&scene);
+    let settings = independent(&scene);
     let got = film(&mut renderer, &settings);
     let (all, seen) = lit(&got, &triangles);
     assert!(all > 30 && seen * 10 > all * 7, "{seen} of {all}");
@@ -126,7 +125,7 @@ fn room(normals: impl Fn(usize, Vec3) -> Vec3) -> Scene {
 /// behind the other wall (torture test 46).
 fn t47_closed_rooms(subject: BackendUnderTest) {
     let lit = |scene: &Scene| -> Option<usize> {
-        let film = film(&mut subject.renderer(scene)?, &Settings::of(scene));
+        let film = film(&mut subject.renderer(scene)?, &independent(scene));
         Some(film.pixels.iter().filter(|pixel| pixel.mean()[0] > 0.0).count())
     };
     let random = |i: usize, _| {

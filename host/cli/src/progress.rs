@@ -5,7 +5,9 @@ use indicatif::{HumanCount, HumanDuration, ProgressBar, ProgressDrawTarget, Prog
 use std::fmt::Write;
 use std::io::IsTerminal;
 use std::ops::ControlFlow;
-use std::time::Duration;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+use trisect::adaptive::GoalProgress;
 use trisect::render::RenderObserver;
 
 /// Number of steps of a bar that shows stages.
@@ -13,13 +15,20 @@ const STAGE_STEPS: u64 = 1000;
 /// Minimum columns of the bar itself beside text that may be omitted.
 const MIN_BAR: usize = 10;
 
+/// Columns of a render with a goal beside the bar and its facts: the percentage and the time.
+const GOAL_REST: usize = 16;
+
 /// Time left above which the estimate is meaningless.
 const MAX_LEFT: Duration = Duration::from_secs(999 * 86_400);
 
 /// Progress bar with samples done, rate and time left.
 pub struct Bar {
     bar: ProgressBar,
+    goal: Arc<Mutex<ToldGoal>>,
 }
+
+/// State of a render with a goal, and when it was told.
+type ToldGoal = Option<(GoalProgress, Instant)>;
 
 impl Bar {
     /// Returns a bar; it is hidden if `quiet`, or without a terminal.
@@ -42,7 +51,13 @@ impl Bar {
 
     /// Returns a bar for a render whose number of samples is not known.
     pub fn of_goal(quiet: bool) -> Self {
-        Self::of(target(quiet), "{wide_bar} {percent:>3} %  {elapsed}", terminal_width)
+        Self::of_goal_on(target(quiet), terminal_width)
+    }
+
+    /// Returns a bar for a render with a goal on `target`; `width` returns the columns of the
+    /// terminal.
+    fn of_goal_on(target: ProgressDrawTarget, width: fn() -> usize) -> Self {
+        Self::of(target, "{wide_bar} {percent:>3} %  {goal}{elapsed}", width)
     }
 
     /// Returns a bar for a measurement of several stages, which are named below the bar.
@@ -86,14 +101,22 @@ impl Bar {
         width: impl Fn() -> usize + Clone + Send + Sync + 'static,
     ) -> Self {
         let bar = ProgressBar::with_draw_target(Some(1), target);
+        let told: Arc<Mutex<ToldGoal>> = Arc::default();
         if let Ok(style) = ProgressStyle::with_template(template) {
+            let (goal, columns) = (Arc::clone(&told), width.clone());
+            let goal_facts = move |_: &ProgressState, to: &mut dyn Write| {
+                let told = *goal.lock().unwrap_or_else(PoisonError::into_inner);
+                if let Some((state, since)) = told {
+                    let _ = to.write_str(&goal_facts(columns(), &state, since.elapsed()));
+                }
+            };
             let facts = move |state: &ProgressState, to: &mut dyn Write| {
                 let samples = (state.pos(), state.len().unwrap_or(1));
                 let _ = to.write_str(&facts(width(), samples, state.per_sec(), state.eta()));
             };
-            bar.set_style(style.with_key("facts", facts));
+            bar.set_style(style.with_key("facts", facts).with_key("goal", goal_facts));
         }
-        Self { bar }
+        Self { bar, goal: told }
     }
 }
 
@@ -121,7 +144,28 @@ fn facts(width: usize, (done, all): (u64, u64), rate: f64, left: Duration) -> St
     if is_wide { share + &samples + &rest } else { share + &rest }
 }
 
+/// Returns the text of a render with a goal, `since` after its state was told: the error, the goal
+/// if that is an error, and the time left. What does not fit the columns is omitted.
+fn goal_facts(width: usize, state: &GoalProgress, since: Duration) -> String {
+    let percent = |error: f64| format!("{:.*} %", if error < 0.01 { 3 } else { 2 }, 100.0 * error);
+    let error = match state.target {
+        _ if !state.error.is_finite() => String::new(),
+        Some(target) => format!("error {}, goal {}  ", percent(state.error), percent(target)),
+        None => format!("error {}  ", percent(state.error)),
+    };
+    let left = state.left.filter(|left| *left < MAX_LEFT).map_or_else(String::new, |left| {
+        let about = if state.target.is_some() { "about " } else { "" };
+        format!("{about}{:#} left  ", HumanDuration(left.saturating_sub(since)))
+    });
+    let fits = |text: &str| text.len() + GOAL_REST + MIN_BAR <= width;
+    [error.clone() + &left, left, error].into_iter().find(|text| fits(text)).unwrap_or_default()
+}
+
 impl RenderObserver for Bar {
+    fn goal_progress(&mut self, state: GoalProgress) {
+        *self.goal.lock().unwrap_or_else(PoisonError::into_inner) = Some((state, Instant::now()));
+    }
+
     fn progress(&mut self, done: u64, total: u64) -> ControlFlow<()> {
         self.bar.set_length(total);
         self.bar.set_position(done);
@@ -137,7 +181,6 @@ mod tests {
     use super::*;
     use indicatif::TermLike;
     use std::io::Result;
-    use std::sync::{Arc, Mutex, PoisonError};
 
     /// Terminal with the given number of columns, which records its lines.
     #[derive(Clone, Debug)]
@@ -216,6 +259,40 @@ mod tests {
         assert!(line.starts_with("frame 12 (3 of 120) ") && line.chars().count() <= 80, "{line:?}");
         // Negative control: as wide as without a name it would not fit.
         assert!(named(|| 120).chars().count() > 80);
+    }
+
+    const GOAL: GoalProgress =
+        GoalProgress { error: 0.0312, target: Some(0.005), left: Some(Duration::from_secs(65)) };
+
+    /// The line has the error, the goal and the time left, which becomes less while a pass runs.
+    #[test]
+    fn a_goal_is_followed() {
+        let text = |width, state, since| goal_facts(width, &state, Duration::from_secs(since));
+        assert_eq!(text(100, GOAL, 0), "error 3.12 %, goal 0.500 %  about 65s left  ");
+        assert_eq!(text(100, GOAL, 60), "error 3.12 %, goal 0.500 %  about 5s left  ");
+        assert_eq!(text(100, GOAL, 600), "error 3.12 %, goal 0.500 %  about 0s left  ");
+        let timed = GoalProgress { target: None, ..GOAL };
+        assert_eq!(text(100, timed, 0), "error 3.12 %  65s left  ");
+        assert_eq!(text(100, GoalProgress { error: f64::NAN, ..timed }, 0), "65s left  ");
+        assert_eq!(text(100, GoalProgress { left: None, ..GOAL }, 0), "error 3.12 %, goal 0.500 %  ");
+        assert_eq!((text(50, GOAL, 0), text(20, GOAL, 0)), ("about 65s left  ".to_owned(), String::new()));
+    }
+
+    #[test]
+    fn a_bar_with_a_goal_fits_its_terminal() {
+        let line = |columns, width| {
+            longest_of(columns, |target| {
+                let mut bar = Bar::of_goal_on(target, width);
+                bar.goal_progress(GOAL);
+                bar
+            })
+        };
+        let wide = line(80, || 80);
+        assert!(wide.contains("error 3.12 %, goal 0.500 %") && wide.chars().count() <= 80, "{wide:?}");
+        let narrow = line(44, || 44);
+        assert!(narrow.contains("about 65s left") && narrow.chars().count() <= 44, "{narrow:?}");
+        // Negative control: with the error it would not fit.
+        assert!(line(44, || 80).chars().count() > 44);
     }
 
     #[test]

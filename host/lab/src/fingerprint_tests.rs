@@ -48,7 +48,7 @@ fn ranks_checkpoints_and_references_agree() {
         ("roulette_depth", |s, _| s.roulette_depth += 1),
         ("fresnel", |s, _| s.fresnel = Fresnel::Schlick),
         ("math", |s, _| s.math = MathMode::Fast),
-        ("sampler", |s, _| s.sampler = Sampler::Sobol),
+        ("sampler", |s, _| s.sampler = Sampler::Independent),
         ("light_sampling", |s, _| s.light_sampling = false),
         ("clamp", |s, _| s.clamp = Some(1.0)),
         ("guides", |s, _| s.guides = true),

@@ -5,7 +5,7 @@ mod sampling;
 
 pub use ranks::{BLOCK_SHIFT, Balance, ClusterPlan, ClusterReport, DistributionMode, RankReport};
 
-pub use sampling::{FilterTrial, Noise, Sampling, Strategy, Trial};
+pub use sampling::{FilterTrial, GoalProgress, Noise, Sampling, Strategy, Trial};
 
 use crate::denoise::Denoiser;
 use crate::film::{FilmCounts, Summation};

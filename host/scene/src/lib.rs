@@ -133,8 +133,8 @@ pub struct Scene {
     pub image: ImageSettings,
 }
 
-/// Returns whether a material is clear glass without thickness that may have no roughness: a texture
-/// multiplies the roughness.
+/// Returns whether a material is a thin wall of clear glass that may have no roughness: a texture
+/// may multiply it by 0.
 fn may_be_pane(material: &Material) -> bool {
     let is_smooth = material.roughness * material.roughness < MIN_ROUGH_ALPHA;
     material.kind == METALLIC_ROUGHNESS

@@ -3,6 +3,7 @@
 
 #![warn(clippy::too_many_lines)]
 
+mod blocks;
 mod first_hit;
 mod nee;
 mod persistent;
@@ -24,19 +25,9 @@ use crate::film::{Compensation, PixelSums};
 use crate::params::{FLAG_OPAQUE_ZERO, RenderParams};
 use crate::ray::{OriginPrimitive, Ray};
 use crate::rng::PathKey;
-use crate::sampler::words;
+use crate::sampler::{pixel_number, words};
 use crate::sphere::MISS;
 use glam::Vec3;
-
-/// Bits of blocks of random words. Block 0 is for the camera ray, block k for scattering at the
-/// k-th vertex. Block k with one of these bits is for the point of a light, for the choice of the
-/// environment map, and for passing a surface that is not opaque; block 256 k with another, for the
-/// walks of a refracted connection.
-const LIGHT_BLOCK: u32 = 0x8000_0000;
-const PANORAMA_BLOCK: u32 = 0xa000_0000;
-const PASS_BLOCK: u32 = 0xc000_0000;
-const COLOR_BLOCK: u32 = 0xe000_0000;
-const REFRACTED_BLOCK: u32 = 0x4000_0000;
 
 /// Maximum number of surfaces that a sample may pass because they are not opaque; beyond, its path
 /// ends and its shadow rays are blocked, so that no path is endless.
@@ -91,6 +82,8 @@ struct Path {
     shadow_t_max: f32,
     /// Primitive of the light that the shadow ray is sent to.
     light_primitive: u32,
+    /// Row-major index of the pixel in the whole image.
+    pixel: u32,
     /// True if the sample has no camera ray yet.
     needs_camera_ray: bool,
     /// True if the ray is a shadow ray.
@@ -100,9 +93,16 @@ struct Path {
 }
 
 impl Path {
-    /// Creates the path of the sample that `key` names.
+    /// Creates the path of sample `sample` of pixel (`x`, `y`).
     #[inline(always)]
-    fn new(key: PathKey) -> Self {
+    fn new<const POSSIBLE: Features>(
+        features: FeatureSet<POSSIBLE>,
+        params: &RenderParams,
+        (x, y): (u32, u32),
+        sample: u32,
+    ) -> Self {
+        let pixel = pixel_number(features, params.width, x, y);
+        let key = PathKey { seed: params.seed, pixel, sample };
         let ray = Ray::in_world(Vec3::ZERO, Vec3::Z, OriginPrimitive::NONE);
         Self {
             key,
@@ -122,6 +122,7 @@ impl Path {
             shadow: false,
             shadow_t_max: MISS,
             light_primitive: NO_PRIMITIVE,
+            pixel: y * params.width + x,
             pending_light: Vec3::ZERO,
             continuation: ray,
             continues: true,
@@ -137,7 +138,7 @@ impl Path {
         x: u32,
         y: u32,
     ) {
-        self.ray = params.camera.ray(x, y, words(features, self.key, 0));
+        self.ray = params.camera.ray(x, y, words(features, self.key, blocks::CAMERA));
         self.needs_camera_ray = false;
         self.throughput = Vec3::ONE;
         self.radiance = Vec3::ZERO;

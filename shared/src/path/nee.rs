@@ -1,7 +1,7 @@
 //! Connections of a path to lights: by next-event estimation, and by hitting an emitter.
 
 use super::vertex::Vertex;
-use super::{LIGHT_BLOCK, PANORAMA_BLOCK, Path};
+use super::{Path, blocks};
 use crate::bsdf::{Bsdf, BsdfEval};
 use crate::features::{EMITTERS, ENVIRONMENT, FeatureSet, Features, NEE, PUNCTUAL};
 use crate::light::{self, LightSample, NO_LIGHT, ReferencePoint, mis_weight};
@@ -88,10 +88,10 @@ pub(super) unsafe fn sample_direct_light<const POSSIBLE: Features>(
     front: bool,
 ) -> Connection {
     let Vertex { hit, surface, .. } = vertex;
-    let random = words(features, path.key, LIGHT_BLOCK | path.segment);
+    let random = words(features, path.key, blocks::light(path.segment));
     let mut choice = 0;
     if features.has::<ENVIRONMENT>() && features.has::<{ EMITTERS | PUNCTUAL }>() && params.light_count > 0 {
-        choice = words(features, path.key, PANORAMA_BLOCK | path.segment).x;
+        choice = words(features, path.key, blocks::environment(path.segment)).x;
     }
     let normal = bsdf.reflecting_normal(features);
     let from = ReferencePoint { point: surface.point, primitive: hit.primitive, normal };

@@ -7,7 +7,6 @@ use crate::bvh::Child;
 use crate::features::{AOVS, FeatureSet, Features, INTERLEAVED, LINEAR, NEE};
 use crate::film::{Compensation, PixelSums};
 use crate::params::{FLAG_END_OF_CHUNK, FLAG_PER_PIXEL_RANGE, RenderParams};
-use crate::rng::PathKey;
 use crate::scene::Scene;
 use crate::tile_entry::{self, NO_TILE_ENTRIES};
 use crate::traversal::{Search, Stack, closest_hit_below};
@@ -67,7 +66,7 @@ pub unsafe fn render_persistent<const POSSIBLE: Features>(
     let mut busy = false;
     let (mut x, mut y) = (0, 0);
     let (mut sums, mut compensation) = (PixelSums::ZERO, Compensation::ZERO);
-    let mut path = Path::new(PathKey { seed: params.seed, pixel: 0, sample: 0 });
+    let mut path = Path::new(features, params, (0, 0), 0);
     let mut tile_entry = Child(params.root);
     let (mut search, mut searching, mut stack) = (Search::ENDED, false, Stack::uninit());
     loop {
@@ -86,7 +85,7 @@ pub unsafe fn render_persistent<const POSSIBLE: Features>(
                     first = unsafe { load_shared::<PixelSums>(film, pixel) }.samples;
                     busy = first < params.end_sample;
                 }
-                path = Path::new(PathKey { seed: params.seed, pixel, sample: first });
+                path = Path::new(features, params, (x, y), first);
                 // SAFETY: the pixel lies inside the image.
                 tile_entry = unsafe { tile_entry::tile_entry(params, scene, x, y) };
                 (sums, compensation) = (PixelSums::ZERO, Compensation::ZERO);
@@ -141,7 +140,7 @@ pub unsafe fn render_persistent<const POSSIBLE: Features>(
             if path.key.sample == params.end_sample {
                 busy = false;
                 // SAFETY: the pixel lies inside the image.
-                unsafe { store_sums(params, film, compensations, path.key.pixel, sums, compensation) };
+                unsafe { store_sums(params, film, compensations, path.pixel, sums, compensation) };
             }
         }
     }

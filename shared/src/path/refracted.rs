@@ -12,7 +12,7 @@
 
 use super::tube::{Arrival, follow};
 use super::vertex::Vertex;
-use super::{Path, REFRACTED_BLOCK};
+use super::{Path, blocks};
 use crate::bsdf::Bsdf;
 use crate::buffer::load;
 use crate::features::{FeatureSet, Features};
@@ -141,8 +141,7 @@ impl Path {
         if params.glass_count == 0 || max_segments < 2 || !bsdf.has_non_delta_lobe(features) {
             return;
         }
-        let block = REFRACTED_BLOCK | self.segment << 8;
-        let random = self.key.words(block);
+        let random = self.key.words(blocks::refracted(self.segment, 0));
         let count = params.light_count - params.area_light_count;
         let lights = count as f32;
         // SAFETY: the index is that of a point, spot or directional light; the caller's promise.
@@ -162,7 +161,7 @@ impl Path {
         let (mut found, mut radiance) = (Vec3::ZERO, Vec3::ZERO);
         let (mut walks, mut going) = (0, true);
         while going {
-            let mut start = piece.direction(self.key.words(block | walks));
+            let mut start = piece.direction(self.key.words(blocks::refracted(self.segment, walks)));
             if walks == 0 {
                 start = to_light;
             }

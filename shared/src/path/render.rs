@@ -8,7 +8,6 @@ use crate::bvh::Child;
 use crate::features::{AOVS, FeatureSet, Features, REGENERATE};
 use crate::film::{Compensation, PixelSums};
 use crate::params::{FLAG_END_OF_CHUNK, FLAG_PER_PIXEL_RANGE, RenderParams};
-use crate::rng::PathKey;
 use crate::scene::Scene;
 use crate::tile_entry;
 use crate::traversal::closest_hit_below;
@@ -62,7 +61,7 @@ pub unsafe fn render_pixel<const POSSIBLE: Features>(
     }
     // SAFETY: the caller's promise.
     let tile_entry = unsafe { tile_entry::tile_entry(params, scene, x, y) };
-    let mut path = Path::new(PathKey { seed: params.seed, pixel, sample: first });
+    let mut path = Path::new(features, params, (x, y), first);
     while path.key.sample < params.end_sample {
         let needs_camera_ray = path.needs_camera_ray;
         if needs_camera_ray {

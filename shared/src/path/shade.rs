@@ -3,7 +3,7 @@
 
 use super::nee::{Connection, sample_direct_light, weighted_emission};
 use super::vertex::{FacingNormals, Vertex};
-use super::{COLOR_BLOCK, MAX_PASSES, PASS_BLOCK, Path};
+use super::{MAX_PASSES, Path, blocks};
 use crate::aovs::{self, AovSums, SurfaceAovs};
 use crate::attributes::SurfaceAttributes;
 use crate::bsdf::{Bsdf, BsdfEval, BsdfSample, is_layered, is_pane, slots};
@@ -124,7 +124,7 @@ impl Path {
         self.radiance += self.throughput * sky;
         if features.has::<AOVS>() && self.segment == 1 {
             // SAFETY: the caller's promise.
-            unsafe { aovs::update_pixel(aovs, self.key.pixel, |g: &mut AovSums| g.add_miss(sky)) };
+            unsafe { aovs::update_pixel(aovs, self.pixel, |g: &mut AovSums| g.add_miss(sky)) };
         }
     }
 
@@ -160,7 +160,7 @@ impl Path {
         let mut passed = false;
         if features.has::<HOLES>() && vertex.material.flags & (MASKED | BLENDED) != 0 {
             let alpha = vertex.opacity(features);
-            passed = unit_f32(self.key.words(PASS_BLOCK | self.segment << 10 | self.passes).x) >= alpha;
+            passed = unit_f32(self.key.words(blocks::passing(self.segment, self.passes)).x) >= alpha;
         }
         if passed {
             self.segment -= 1;
@@ -194,12 +194,12 @@ impl Path {
                     )
                 };
                 // SAFETY: the caller's promise.
-                unsafe { aovs::update_pixel(aovs, self.key.pixel, add_hit) };
+                unsafe { aovs::update_pixel(aovs, self.pixel, add_hit) };
             }
             if continues {
                 // SAFETY: the caller's promise.
                 let connection = unsafe { self.connect(features, params, scene, &vertex, &bsdf, front) };
-                let random = words(features, self.key, self.segment);
+                let random = words(features, self.key, blocks::scattering(self.segment));
                 if features.has::<REFRACTED_LIGHT>() {
                     // SAFETY: the caller's promise; the feature says that there are lights and
                     // glass.
@@ -304,7 +304,7 @@ impl Path {
     #[inline(always)]
     fn disperse(&self, vertex: &Vertex) -> (f32, Vec3) {
         let (ior, spread, t) = (vertex.material.ior, vertex.layers.dispersion, self.throughput);
-        let u = unit_f32(self.key.words(COLOR_BLOCK | self.segment).x) * (t.x + t.y + t.z);
+        let u = unit_f32(self.key.words(blocks::color(self.segment)).x) * (t.x + t.y + t.z);
         let sum = t.x + t.y + t.z;
         if u < t.x {
             (max(ior - spread, 1.0), Vec3::new(sum * (1.0 / t.x), 0.0, 0.0))

@@ -6,7 +6,7 @@ use trisect::film::PixelTotals;
 use trisect::precision::{Limit, Unit};
 use trisect::render::Settings;
 use trisect::scene::{Rebase, SceneDocument};
-use trisect_tests::renders::{cpu, film, lit};
+use trisect_tests::renders::{cpu, film, independent, lit};
 
 /// Renders a pixel that sees nothing but a light, with `samples` samples. A light that is too
 /// bright for a scene is made so in the records.
@@ -16,7 +16,7 @@ fn pixel(scene: &SceneDocument, samples: u32) -> PixelTotals {
     let factor = if is_beyond { 100f32.exp2() } else { 1.0 };
     scene.description.materials[0].emission /= f64::from(factor);
     let lowered = lit(&scene.lower(Rebase::IDENTITY).unwrap(), factor);
-    let settings = Settings { width: 1, height: 1, samples, ..Settings::of(&lowered) };
+    let settings = Settings { width: 1, height: 1, samples, ..independent(&lowered) };
     film(&mut cpu(&lowered), &settings).pixels.exact()[0]
 }
 

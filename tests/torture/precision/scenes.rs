@@ -5,7 +5,7 @@ use glam::DVec3;
 use trisect::precision::{Limit, Supported, check};
 use trisect::render::Settings;
 use trisect::scene::{Rebase, SceneDocument};
-use trisect_tests::renders::{cpu, differing, film, scene_files};
+use trisect_tests::renders::{cpu, differing, film, independent, scene_files};
 use trisect_tests::root;
 use trisect_tests::statistics::Blocks;
 
@@ -40,7 +40,7 @@ fn the_best_space_shows_the_same() {
         let best = check(&scene, &scene.image).best_space;
         let render = |space| {
             let lowered = scene.clone().lower(space).unwrap();
-            let settings = Settings { width: 16, height: 12, samples: 16, ..Settings::of(&lowered) };
+            let settings = Settings { width: 16, height: 12, samples: 16, ..independent(&lowered) };
             film(&mut cpu(&lowered), &settings)
         };
         let (want, got) = (render(Rebase::IDENTITY), render(best));

@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use trisect::film::Film;
 use trisect::render::Settings;
 use trisect::scene::{Includes, Rebase, Scene, SceneDocument};
-use trisect_tests::renders::{cpu, differing, film, scene_files};
+use trisect_tests::renders::{cpu, differing, film, independent, scene_files};
 use trisect_tests::root;
 
 fn small(scene: &Scene) -> Film {
-    let settings = Settings { width: 24, height: 16, samples: 4, seed: 3, ..Settings::of(scene) };
+    let settings = Settings { width: 24, height: 16, samples: 4, seed: 3, ..independent(scene) };
     film(&mut cpu(scene), &settings)
 }
 

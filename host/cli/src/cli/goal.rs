@@ -16,7 +16,8 @@ pub struct GoalArgs {
     pub budget: Option<Duration>,
 
     /// Render until the estimated relative error of the image, the root of its relMSE, is at most
-    /// this percentage, such as 1%.
+    /// this percentage, such as 1%. Chooses roulette, sampler and adaptive sampling if they are not
+    /// given.
     #[arg(long, value_name = "PERCENT", value_parser = parse_percent, conflicts_with_all = ["quality", "spp"])]
     pub target_error: Option<f64>,
 

@@ -72,12 +72,12 @@ pub struct JobArgs {
     pub seed: Option<u32>,
 
     /// End paths at random by their throughput, from segment --roulette-depth on: the same mean,
-    /// fewer segments, more noise (default: off; with --budget: the better one).
+    /// fewer segments, more noise (default: off; with a goal such as --budget: the better one).
     #[arg(long, value_enum)]
     pub roulette: Option<Switch>,
 
     /// With --roulette on: first segment at which a path may end; the camera ray is segment 1
-    /// (default: 1; with --budget: chosen).
+    /// (default: 1; with a goal such as --budget: chosen).
     #[arg(long, value_name = "N", value_parser = parse_count)]
     pub roulette_depth: Option<u32>,
 
@@ -85,7 +85,7 @@ pub struct JobArgs {
     #[arg(skip)]
     pub may_roulette: bool,
 
-    /// Source of random numbers (default: independent; with --budget: the better one).
+    /// Source of random numbers (default: sobol; with a goal such as --budget: the better one).
     #[arg(long, value_enum)]
     pub sampler: Option<Sampler>,
 
@@ -250,7 +250,7 @@ impl JobArgs {
             seed: self.seed.unwrap_or(scene.seed),
             roulette: self.roulette == Some(Switch::On),
             roulette_depth: self.roulette_depth.unwrap_or(scene.roulette_depth),
-            sampler: self.sampler.unwrap_or(Sampler::Independent),
+            sampler: self.sampler.unwrap_or(scene.sampler),
             light_sampling: self.light_sampling == Switch::On,
             clamp: self.clamp,
             math: self.math,

@@ -13,6 +13,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
+use trisect::adaptive::GoalProgress;
 use trisect::checkpoint::{Checkpoint, CheckpointError, FORMAT, Header, Identity, Place, Saver};
 use trisect::film::{Film, SampleCoverage};
 use trisect::render::{FilmObserver, RenderObserver};
@@ -66,6 +67,10 @@ impl<O: RenderObserver> RenderObserver for ProgressObserver<'_, O> {
             );
         }
         self.bar.progress(done, total)
+    }
+
+    fn goal_progress(&mut self, state: GoalProgress) {
+        self.bar.goal_progress(state);
     }
 
     fn should_continue(&self) -> bool {

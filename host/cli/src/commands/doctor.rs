@@ -12,7 +12,7 @@ use trisect::device::{self, BackendError, Choice, DeviceInfo};
 use trisect::film::{Film, FilmCounts};
 use trisect::memory;
 use trisect::metrics::{ImageView, compare};
-use trisect::render::{Renderer, Settings};
+use trisect::render::{Renderer, Sampler, Settings};
 use trisect::scene::Scene;
 use trisect_lab::Error;
 
@@ -106,10 +106,16 @@ fn plain(findings: &[Finding]) -> String {
     text
 }
 
+/// Returns the settings of the image that devices render. Its samples are independent, because the
+/// comparison takes their variance.
+fn settings(scene: &Scene) -> Settings {
+    Settings { sampler: Sampler::Independent, ..Settings::of(scene) }.size(64, 36).spp(16)
+}
+
 /// Renders an image on each device and compares it with that of the CPU.
 fn devices() -> Result<Vec<Finding>, Error> {
     let scene = Scene::hello_world()?;
-    let settings = Settings { width: 64, height: 36, samples: 16, ..Settings::of(&scene) };
+    let settings = settings(&scene);
     let render = |choice: Choice, index: Option<usize>| -> Result<Film, Error> {
         let selection = device::open(choice, index, None)?;
         Ok(Renderer::new(selection.device, &scene)?.render(&settings)?.film)
@@ -251,8 +257,7 @@ mod tests {
     fn another_image_is_broken() {
         let scene = Scene::hello_world().unwrap();
         let mut renderer = Renderer::new(Cpu::open(None).unwrap(), &scene).unwrap();
-        let of = |seed| Settings { width: 64, height: 36, samples: 16, seed, ..Settings::of(&scene) };
-        let mut film = |seed| renderer.render(&of(seed)).unwrap().film;
+        let mut film = |seed| renderer.render(&settings(&scene).seed(seed)).unwrap().film;
         let (cpu, mut near, other) = (film(0), film(0), film(1));
         let device = Cpu::open(None).unwrap().info().clone();
         let state = |film: &Film| judge("cpu 0", &device, film, &cpu).unwrap().state;

@@ -5,7 +5,7 @@ use super::reference::ReferenceInfo;
 use crate::plot::{Axis, Chart, Plot, Point, Series};
 
 /// Names of the configurations with a line in the chart, in the order of their colours.
-const SHOWN: [&str; 7] = [
+const SHOWN: [&str; 8] = [
     "base",
     "sampler sobol",
     "roulette from segment 4",
@@ -13,6 +13,7 @@ const SHOWN: [&str; 7] = [
     "denoiser svgf",
     "scale 1/2",
     "together sobol, svgf",
+    "sampler independent",
 ];
 
 fn notes(found: &Tradeoff) -> Vec<String> {

@@ -15,7 +15,7 @@ use trisect::film::PixelTotals;
 use trisect::image::Image;
 use trisect::metrics::flip::{DEFAULT_PIXELS_PER_DEGREE, FlipReference};
 use trisect::metrics::{ImageView, MetricsError};
-use trisect::render::{Fingerprint, RenderObserver, Renderer, Settings};
+use trisect::render::{Fingerprint, RenderObserver, Renderer, Sampler, Settings};
 use trisect::scene::{ImageSettings, Scene};
 use trisect_system::checksummed_file::{self, ChecksummedFileError, Contents};
 
@@ -80,10 +80,11 @@ pub struct ReferenceInfo {
 }
 
 /// Returns the settings for a reference: `settings` without anything that may add bias, and with
-/// defaults for the options that change only noise or speed.
+/// defaults for the options that change only noise or speed, except for independent samples: their
+/// variance is that of the image.
 pub fn settings_of(settings: &Settings) -> Settings {
     let image = ImageSettings { samples: 1, ..settings.image() };
-    Settings { seed: SEED, ..image.into() }
+    Settings { seed: SEED, sampler: Sampler::Independent, ..image.into() }
 }
 
 /// Returns a hash of everything that identifies an image with these settings and a BVH of this

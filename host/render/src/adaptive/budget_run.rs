@@ -88,6 +88,8 @@ pub(super) struct BudgetRun<'a, 'p> {
     calibration: Option<Calibration>,
     clock: PassCostModel,
     noise_map: NoiseMap,
+    /// Mean samples per pixel when the noise was measured.
+    measured_at: f64,
     /// Seconds that measuring the noise takes.
     look: f64,
     adaptive: bool,
@@ -156,6 +158,7 @@ impl<'a, 'p> BudgetRun<'a, 'p> {
         let of_one: f64 = (0..2).map(|half| allocate::work(&noise_map, tiles, half, &|_| 1.0)).sum();
         let choice = filter.as_ref().map(|_| Filter::choice(plan.free.denoise));
         let run = Self {
+            measured_at: renderer.mean_samples(),
             renderer,
             keeps_aovs: settings.guides,
             start,
@@ -214,9 +217,11 @@ impl<'a, 'p> BudgetRun<'a, 'p> {
         // Not if measuring the noise takes as long as it may gain.
         if index > 0 && self.adaptive && self.look < COSTLY * whole {
             self.noise_map = self.renderer.noise_map()?;
+            self.measured_at = self.renderer.mean_samples();
         }
         let left = end - self.start.elapsed().as_secs_f64();
         self.renderer.progress = self.start.elapsed().as_secs_f64() / whole;
+        self.report();
         let clock = &self.clock;
         let room = |launches| clock.fits(left, launches);
         let own = (LAUNCHES * left / clock.tile_launch.max(1e-9)).clamp(1.0, f64::from(u32::MAX)) as u32;
@@ -229,6 +234,15 @@ impl<'a, 'p> BudgetRun<'a, 'p> {
         self.work += spent.work;
         self.decide_on_filter()?;
         Ok(true)
+    }
+
+    /// Tells the observer the time left, and the error: that of the noise map, less what samples
+    /// since then are worth if they are independent.
+    fn report(&mut self) {
+        let more = self.renderer.mean_samples() / self.measured_at;
+        let error = self.noise_map.error / more.sqrt();
+        let left = self.whole - self.start.elapsed().as_secs_f64();
+        self.renderer.report(error, None, left);
     }
 
     /// Tries the filter, while that is undecided. Without it no AOVs are needed.

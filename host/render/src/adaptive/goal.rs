@@ -5,6 +5,7 @@ use super::renderer::AdaptiveRenderer;
 use super::sampling_pass::PassBudget;
 use super::{Adaptive, Noise, allocate};
 use crate::Error;
+use std::time::Instant;
 
 /// Samples of each half before the first decision: the variance of fewer says little.
 const FIRST: u32 = 8;
@@ -90,6 +91,7 @@ pub(super) fn reach(
 ) -> Result<Reached, Error> {
     // Few, so that most samples are distributed by noise, but enough to estimate the noise.
     let first = FIRST.min(most / 4).max(2.min(most / 2)).max(1);
+    let start = Instant::now();
     renderer.render_uniform(first)?;
     // Samples where the noise is may take more work than the mean.
     let mut costlier = 1.0;
@@ -107,6 +109,8 @@ pub(super) fn reach(
             let noise = noise.map_or_else(|| renderer.noise().map(|(_, noise)| noise), Ok)?;
             return Ok(Reached { noise, adaptive, gain });
         }
+        let left = seconds_left(start.elapsed().as_secs_f64(), renderer.progress);
+        renderer.report(noise_map.error, Some(target), left);
         let one: f64 =
             (0..2).map(|half| allocate::work(&noise_map, renderer.halves.tiles(), half, &|_| 1.0)).sum();
         let left = ((1.0 + BEYOND) * f64::from(most) - samples) * 0.5 * one * costlier;
@@ -124,6 +128,12 @@ pub(super) fn reach(
         let taken = (renderer.mean_samples() - samples) * 0.5 * one;
         costlier = (more / taken).clamp(1.0, MAX_COSTLIER);
     }
+}
+
+/// Returns the seconds that are left if `progress` of the image, from 0 to 1, took `seconds`. The
+/// error of Sobol samples falls faster than that of independent samples, for which this is meant.
+fn seconds_left(seconds: f64, progress: f64) -> f64 {
+    seconds * (1.0 / progress - 1.0).max(0.0)
 }
 
 /// Returns the work that is missing until the target, by a noise map: at least a fiftieth of the

@@ -4,6 +4,7 @@
 //! The image is the mean of two [halves](DualBuffers) that share no random number. The noise of one
 //! half decides where the other takes its samples.
 
+mod advice;
 mod allocate;
 mod budget;
 mod budget_run;
@@ -22,7 +23,7 @@ mod strategy;
 
 pub use crate::error::SamplingError;
 pub use crate::film::{TILE, Tiles};
-pub use crate::stats::{FilterTrial, Noise, Sampling, Strategy, Trial};
+pub use crate::stats::{FilterTrial, GoalProgress, Noise, Sampling, Strategy, Trial};
 pub use dual_buffers::DualBuffers;
 pub use mean::mean_and_error;
 
@@ -62,7 +63,7 @@ pub enum Adaptive {
     Auto,
 }
 
-/// Settings that a render with [`Goal::Time`] may choose; true if free.
+/// Settings that a render with a goal may choose; true if free.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Free {
     /// True if the render may switch Russian roulette on or off.
@@ -71,7 +72,7 @@ pub struct Free {
     pub roulette_depth: bool,
     /// True if the render may choose the sampler.
     pub sampler: bool,
-    /// True if the render may denoise or not.
+    /// True if the render may denoise or not; [`Goal::Error`] ignores it.
     pub denoise: bool,
 }
 
@@ -82,7 +83,7 @@ pub struct Request {
     pub goal: Goal,
     /// Distribution of samples over pixels.
     pub adaptive: Adaptive,
-    /// Settings that may be chosen; [`Goal::Error`] ignores them.
+    /// Settings that may be chosen.
     pub free: Free,
     /// Denoiser to use, or to try if [`Free::denoise`] is set; [`Goal::Error`] ignores it.
     pub denoise: Option<Denoiser>,
@@ -115,7 +116,8 @@ pub fn render(
     match request.goal {
         Goal::Error { target, max_samples: most } => {
             let preparing = Instant::now();
-            let mut renderer = AdaptiveRenderer::new(renderer, settings, observer)?;
+            let (settings, trials) = advice::choose(renderer, settings, (target, request.free), observer)?;
+            let mut renderer = AdaptiveRenderer::new(renderer, &settings, observer)?;
             let preparing = preparing.elapsed();
             let start = Instant::now();
             let reached = goal::reach(&mut renderer, target, most, request.adaptive)?;
@@ -130,6 +132,7 @@ pub fn render(
                 ended: !met && !renderer.should_continue(),
                 adaptive: reached.adaptive,
                 adaptive_gain: reached.gain,
+                trials,
                 seconds,
                 preparing_seconds: preparing.as_secs_f64(),
                 ..report_of(&renderer, reached.noise)
@@ -283,16 +286,21 @@ impl Sampling {
             percent(self.noise.error),
             percent(self.noise.percentile_99),
         );
+        let sampler = if way.sampler == Sampler::Sobol { "Sobol's samples" } else { "independent samples" };
+        let roulette = if way.roulette { "roulette" } else { "no roulette" };
+        if self.goal == "error" && !self.trials.is_empty() {
+            text += &format!(
+                "\nchose {sampler}, {roulette}; took {:.3} s (and {:.3} s before, to compile and to choose)",
+                self.seconds, self.preparing_seconds,
+            );
+        }
         if self.goal == "time" {
-            let sampler =
-                if way.sampler == Sampler::Sobol { "Sobol's samples" } else { "independent samples" };
             let filter = match way.denoise {
                 Some(denoise) => denoise.name().to_owned(),
                 None => "no denoiser".to_owned(),
             };
             text += &format!(
-                "\nchose {sampler}, {}, {filter} in {:.3} of {:.3} s (and {:.3} s before, to compile); expects an error of {}",
-                if way.roulette { "roulette" } else { "no roulette" },
+                "\nchose {sampler}, {roulette}, {filter} in {:.3} of {:.3} s (and {:.3} s before, to compile); expects an error of {}",
                 self.seconds,
                 self.asked,
                 self.preparing_seconds,

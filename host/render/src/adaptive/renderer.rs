@@ -4,7 +4,7 @@
 use super::dual_buffers::both;
 use super::grace_period::{GracePeriodObserver, STEPS};
 use super::noise_map::NoiseMap;
-use super::{DualBuffers, Noise, SamplingError, allocate};
+use super::{DualBuffers, GoalProgress, Noise, SamplingError, allocate};
 use crate::Error;
 use crate::film::{Film, RowSet};
 use crate::render::{ChunkJob, ChunkResult, ChunkTiming, RenderObserver, Renderer, Room};
@@ -161,6 +161,13 @@ impl<'a> AdaptiveRenderer<'a> {
 
     fn progress_step(&self) -> u64 {
         (self.progress.clamp(0.0, 0.999) * STEPS as f64) as u64
+    }
+
+    /// Tells the observer what the image has reached: an error, of a requested one, and the seconds
+    /// until the goal.
+    pub fn report(&mut self, error: f64, target: Option<f64>, seconds: f64) {
+        let left = Duration::try_from_secs_f64(seconds).ok();
+        self.observer.goal_progress(GoalProgress { error, target, left });
     }
 
     fn check(&mut self) -> Result<(), Error> {

@@ -79,7 +79,8 @@ mod tests {
     const DEFAULT: (Traversal, Schedule) = (Traversal::Stack, Schedule::Regenerate);
 
     fn settings() -> Settings {
-        Scene::hello_world().map(|scene| Settings::of(&scene)).unwrap_or_else(|error| panic!("{error}"))
+        let scene = Scene::hello_world().unwrap_or_else(|error| panic!("{error}"));
+        Settings { sampler: Sampler::Independent, ..Settings::of(&scene) }
     }
 
     fn features(scene: Features, settings: &Settings) -> Result<Features, SettingsError> {

@@ -48,7 +48,7 @@ pub use trisect_scene::Fresnel;
 use crate::Error;
 use crate::film::{Film, HostRecords, Totals};
 use crate::passes::{DeviceScene, FilmDesc};
-use crate::stats::{Phases, RenderStats};
+use crate::stats::{GoalProgress, Phases, RenderStats};
 use chunk_buffers::{ChunkPipeline, ChunkSums};
 pub use chunk_pipeline::{ChunkJob, PipelineTiming};
 use film_state::FilmState;
@@ -77,6 +77,10 @@ pub trait RenderObserver {
     /// Receives the number of samples done and the total, after each submission; `Break` cancels
     /// the render.
     fn progress(&mut self, done: u64, total: u64) -> ControlFlow<()>;
+
+    /// Receives what a render with a [goal](crate::adaptive) has reached, before each of its
+    /// passes.
+    fn goal_progress(&mut self, _: GoalProgress) {}
 
     /// Returns whether the render continues; called between parts by a render without a fixed
     /// number of samples ([`adaptive`](crate::adaptive)). If false, the render ends with the image

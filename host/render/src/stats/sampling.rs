@@ -3,6 +3,7 @@
 use crate::denoise::Denoiser;
 use crate::settings::Sampler;
 use serde::Serialize;
+use std::time::Duration;
 
 /// Noise of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -12,6 +13,17 @@ pub struct Noise {
     pub error: f64,
     /// Error that 99 of 100 pixels are below.
     pub percentile_99: f64,
+}
+
+/// State of a render with a goal, before one of its passes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GoalProgress {
+    /// Estimated root of the relMSE of the image so far; NaN if it was not measured.
+    pub error: f64,
+    /// Requested error as a fraction, if the goal is an error.
+    pub target: Option<f64>,
+    /// Estimated time until the goal, or until the maximum number of samples; `None` if unknown.
+    pub left: Option<Duration>,
 }
 
 /// Trial of a sampling strategy on some rows.
