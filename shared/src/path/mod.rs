@@ -4,6 +4,7 @@
 #![warn(clippy::too_many_lines)]
 
 mod first_hit;
+mod medium;
 mod nee;
 mod persistent;
 mod render;
@@ -17,6 +18,7 @@ pub use render::render_pixel;
 use crate::bvh::{NO_PRIMITIVE, RayQuery};
 use crate::features::{FeatureSet, Features, HOLES, NEE};
 use crate::film::{Compensation, PixelSums};
+use crate::medium::MediumStack;
 use crate::params::{FLAG_OPAQUE_ZERO, RenderParams};
 use crate::ray::{OriginPrimitive, Ray};
 use crate::rng::PathKey;
@@ -31,6 +33,9 @@ const LIGHT_BLOCK: u32 = 0x8000_0000;
 const PANORAMA_BLOCK: u32 = 0xa000_0000;
 const PASS_BLOCK: u32 = 0xc000_0000;
 const COLOR_BLOCK: u32 = 0xe000_0000;
+/// Bits of blocks for the flight of a path's ray through a medium, and of a shadow ray.
+const FLIGHT_BLOCK: u32 = 0x4000_0000;
+const SHADOW_FLIGHT_BLOCK: u32 = 0x6000_0000;
 
 /// Maximum number of surfaces that a sample may pass because they are not opaque; beyond, its path
 /// ends and its shadow rays are blocked, so that no path is endless.
@@ -83,6 +88,10 @@ struct Path {
     shadow_t_max: f32,
     /// Primitive of the light that the shadow ray is sent to.
     light_primitive: u32,
+    /// Media in which the ray is.
+    media: MediumStack,
+    /// Media of the path's ray after a shadow ray.
+    continuation_media: MediumStack,
     /// True if the sample has no camera ray yet.
     needs_camera_ray: bool,
     /// True if the ray is a shadow ray.
@@ -110,6 +119,8 @@ impl Path {
             vertex_normal: Vec3::ZERO,
             skipped_distance: 0.0,
             absorption: Vec3::ZERO,
+            media: MediumStack::EMPTY,
+            continuation_media: MediumStack::EMPTY,
             shadow: false,
             shadow_t_max: MISS,
             light_primitive: NO_PRIMITIVE,
@@ -136,6 +147,7 @@ impl Path {
         self.vertex_primitive = NO_PRIMITIVE;
         self.skipped_distance = 0.0;
         self.absorption = Vec3::ZERO;
+        self.media = MediumStack(params.camera.media);
     }
 
     /// Adds the finished sample to its pixel's sums, and moves on to the pixel's next sample.

@@ -31,6 +31,8 @@ pub struct Lights {
     /// Materials of the scene, with `light_pdf` set to the pdf, by area, of a point on an emitting
     /// primitive.
     pub materials: Vec<Material>,
+    /// Index in `materials` of the first medium, which follow the layers of materials.
+    pub first_medium: u32,
     /// Probability, from 0 to 1, of choosing the environment map instead of an entry of `lights`.
     pub environment_probability: f32,
 }
@@ -114,6 +116,8 @@ impl Lights {
             material.light_pdf = density as f32;
         }
         append_layers(&mut materials, scene);
+        let first_medium = materials.len() as u32;
+        materials.extend(scene.media.iter().map(|medium| bytemuck::cast::<_, Material>(*medium)));
         let count = lights.len() as u32;
         let area_count = area_count.min(count);
         let distant = lights.iter().filter(|light| light.kind == DIRECTIONAL).count() as u32;
@@ -127,7 +131,7 @@ impl Lights {
             }
             tree::append(&mut lights, members);
         }
-        Self { lights, count, area_count, materials, environment_probability }
+        Self { lights, count, area_count, materials, first_medium, environment_probability }
     }
 }
 
