@@ -66,6 +66,11 @@ fn t48_media(subject: BackendUnderTest) {
         for density in DENSITIES {
             for albedo in [0.0, 1.0] {
                 for inside in [false, true] {
+                    // Compiling for each scene takes long where a GPU is a program.
+                    let is_chosen = number % 4 == 0 && density >= 1e9 && inside;
+                    if subject.is_software() && !is_chosen {
+                        continue;
+                    }
                     let scene = smoke(form, (density, density), albedo, inside);
                     let Some(mut renderer) = subject.renderer(&scene) else { return };
                     let film = film(&mut renderer, &Settings::of(&scene));
@@ -84,9 +89,6 @@ fn t48_media(subject: BackendUnderTest) {
                     greatest = greatest.max(rays);
                 }
             }
-        }
-        if subject.is_software() && number > 1 {
-            break; // compiling for each scene takes long
         }
     }
     for density in [1.0, 1e4, 1e9] {
