@@ -14,6 +14,8 @@
 //! * The other indices of a scene are in range: each primitive's material, each material's
 //!   textures, each texture's texels, the aliases of the environment map; each triangle's vertices
 //!   and their attributes. `trisect::scene` checks them at load, `trisect::render::Renderer` again.
+//! * The media of materials, and the texels of their grids, are in range: `trisect::scene` checks
+//!   them with the other indices of a scene.
 //! * The primitives and aliases of lights are in range: `trisect::lights` numbers them itself.
 //! * A pixel lies inside the film: kernels compare with
 //!   [`RenderParams`](crate::params::RenderParams), and `trisect` compares its size with that of

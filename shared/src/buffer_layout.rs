@@ -55,6 +55,7 @@ mod spirv {
     use crate::records::layers::{LayerTextures, MaterialLayers};
     use crate::records::light::Light;
     use crate::records::material::Material;
+    use crate::records::medium::Medium;
     use crate::records::texture::{Texel, Texture};
     use crate::sphere::Sphere;
     use crate::triangle::Triangle;
@@ -225,7 +226,24 @@ mod spirv {
         normal_texture: r.g.z,
         normal_scale: f(r.g.w),
         layers: r.h.x,
-        pad: [0; 3]
+        medium: r.h.y,
+        pad: [0; 2]
+    });
+    record!(Medium, Rows8, |r| Medium {
+        extinction: xyz(r.a),
+        anisotropy: f(r.a.w),
+        albedo: xyz(r.b),
+        flags: r.b.w,
+        emission: xyz(r.c),
+        first_density: r.c.w,
+        x: xyzw(r.d),
+        y: xyzw(r.e),
+        z: xyzw(r.f),
+        width: r.g.x,
+        height: r.g.y,
+        depth: r.g.z,
+        first_majorant: r.g.w,
+        pad: [0; 4]
     });
     record!(MaterialLayers, Rows8, |r| MaterialLayers {
         specular_color: xyz(r.a),

@@ -8,7 +8,7 @@ use glam::Vec3;
 
 /// Camera as launch parameters: a thin lens, or a parallel projection. Its vectors, in scene units,
 /// start at `origin`, so that a camera far from the world's origin loses no digits. 96 bytes, 6
-/// rows; the fourth word of all rows but the first is unused.
+/// rows; the fourth word of the last rows is unused.
 ///
 /// The image plane lies in the focal plane: `corner` points at the outer corner of the top left
 /// pixel, `step_x` and `step_y` lead to the next pixel to the right and below. Rays of a parallel
@@ -22,12 +22,12 @@ pub struct Camera {
     pub is_parallel: u32,
     /// Vector from the lens centre to the image's top left corner.
     pub corner: Vec3,
-    /// Unused.
-    pub pad1: u32,
+    /// [`MediumStack`](crate::medium::MediumStack) of the media around the camera.
+    pub media: u32,
     /// Vector from a pixel to the next one to the right.
     pub step_x: Vec3,
-    /// Unused.
-    pub pad2: u32,
+    /// Index of the record of medium 1 among the materials.
+    pub first_medium: u32,
     /// Vector from a pixel to the next one below.
     pub step_y: Vec3,
     /// Unused.

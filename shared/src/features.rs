@@ -63,6 +63,8 @@ pub const NORMAL_MAPS: Features = 1 << 16;
 /// Colours of mesh vertices, and second sets of their texture coordinates.
 pub const ATTRIBUTES: Features = 1 << 17;
 
+/// Participating media: volumes that absorb, scatter and emit.
+pub const MEDIA: Features = 1 << 18;
 /// Thin walls of clear glass without roughness, which shadow rays pass.
 pub const PANES: Features = 1 << 19;
 /// With [`NEE`] and [`PUNCTUAL`]: connections to lights without extent through smooth glass.
@@ -138,6 +140,7 @@ pub const NEEDS: Features = ROULETTE
     | REFRACTED_LIGHT
     | PANES
     | ENVIRONMENT
+    | MEDIA
     | OF_SURFACES;
 
 /// Features that decide what is read of a surface beyond its primitive and its material.
@@ -150,7 +153,7 @@ pub const STRATEGY: Features = PADDED_BOXES | LINEAR | WIDE | REGENERATE | PERSI
 pub const OF_GPUS: Features = CHOICES | NEEDS | STRATEGY & !WIDE;
 
 /// Features of scenes for which GPUs have kernels of their own, so that other scenes do not pay.
-pub const RARE: Features = LAYERS | INSTANCES | REFRACTED_LIGHT;
+pub const RARE: Features = LAYERS | INSTANCES | REFRACTED_LIGHT | MEDIA;
 
 /// Features that kernels for GPUs may have in scenes without the rare ones.
 pub const OF_GPUS_WITHOUT_RARE: Features = OF_GPUS & !RARE;
@@ -165,11 +168,11 @@ pub const fn is_of_many_materials(features: Features) -> bool {
 pub const OF_BOOK: Features = CHOICES | ROULETTE | SPHERES | BOOK | PADDED_BOXES | REGENERATE | PERSISTENT;
 
 /// Features that make a kernel large: it takes many registers, and its lanes diverge.
-pub const HEAVY: Features = PLANAR | TRIANGLES | EMITTERS | NEE | ENVIRONMENT | OF_SURFACES;
+pub const HEAVY: Features = PLANAR | TRIANGLES | EMITTERS | NEE | ENVIRONMENT | MEDIA | OF_SURFACES;
 
 /// Features with their names, as options and statistics have them; those of materials are in
 /// [`bsdf::NAMES`](crate::bsdf::NAMES).
-pub const NAMES: [(Features, &str); 26] = [
+pub const NAMES: [(Features, &str); 27] = [
     (SCHLICK, "schlick"),
     (SOBOL, "sobol"),
     (AOVS, "aovs"),
@@ -190,6 +193,7 @@ pub const NAMES: [(Features, &str); 26] = [
     (PANES, "panes"),
     (NORMAL_MAPS, "normal-maps"),
     (ATTRIBUTES, "attributes"),
+    (MEDIA, "media"),
     (PADDED_BOXES, "padded-boxes"),
     (LINEAR, "linear"),
     (WIDE, "wide"),

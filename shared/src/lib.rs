@@ -73,6 +73,7 @@
 //! | [`attributes::VertexAttributes`] | vertex with a tangent, a colour or second texture
 //! coordinates |
 //! | [`material::Material`] | material |
+//! | [`medium::Medium`] | participating medium |
 //! | [`light::Light`] | light that next-event estimation samples |
 //! | [`texture::Texture`] | use of an image |
 //! | [`texture::Texel`] | texel of an image |
@@ -129,6 +130,7 @@ pub mod instance;
 pub mod layers;
 pub mod light;
 pub mod math;
+pub mod medium;
 pub mod microfacet;
 pub mod microfacet_albedo;
 pub mod noise;

@@ -15,6 +15,7 @@ mod grown_film;
 mod guides;
 mod layers;
 mod light_tree;
+mod media;
 mod mesh_attributes;
 mod methods;
 mod mitsuba;

@@ -101,6 +101,17 @@ fn metals() {
 }
 
 #[test]
+fn media() {
+    let even: fn(&mut Scene) = |scene| {
+        scene.media.iter_mut().for_each(|medium| medium.anisotropy = 0.0);
+    };
+    let thinner: fn(&mut Scene) = |scene| {
+        scene.media.iter_mut().for_each(|medium| medium.extinction *= 0.95);
+    };
+    check("media", 1024, &[("1 % brighter", brighter), ("even scattering", even), ("thinner", thinner)]);
+}
+
+#[test]
 fn glass() {
     check("glass", 256, &[("rougher", rougher)]);
 }

@@ -3,6 +3,7 @@
 mod backends;
 mod background;
 mod bad_input;
+mod bad_media;
 mod bad_models;
 mod checkpoint;
 mod command_line;

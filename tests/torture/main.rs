@@ -41,6 +41,7 @@ mod flats;
 mod furnace;
 mod instances;
 mod leaving;
+mod media;
 mod precision;
 mod radii;
 mod random;

@@ -11,8 +11,8 @@ pub use crate::film::Film;
 pub use crate::image::Image;
 pub use crate::render::{Frame, RenderObserver, Renderer, Sampler, Settings};
 pub use crate::scene::builder::{
-    Camera, Conductor, Dielectric, Emissive, Gradient, Lambertian, MaterialId, MeshId, Metal,
-    RoughDielectric, SceneBuilder, SunSky,
+    Camera, Conductor, Dielectric, Emissive, Gradient, Interface, Lambertian, MaterialId, Medium, MediumId,
+    MeshId, Metal, RoughDielectric, SceneBuilder, SunSky,
 };
 pub use crate::scene::{Fresnel, Scene};
 pub use glam;

@@ -2,8 +2,9 @@
 
 pub use super::material::Emissive;
 pub use super::material::surface::{
-    Conductor, ConductorFresnel, Dielectric, Lambertian, Metal, MetallicRoughness, RoughDielectric,
+    Conductor, ConductorFresnel, Dielectric, Interface, Lambertian, Metal, MetallicRoughness, RoughDielectric,
 };
+pub use super::medium::{DensityGrid, Medium};
 pub use super::sun_sky::SunSky;
 
 use super::description::{Description, Instance, Material, Mesh, PunctualLight, Shape, ShapeKind, Sky};
@@ -51,6 +52,10 @@ pub struct SceneBuilder {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MaterialId(usize);
 
+/// Medium of a builder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MediumId(usize);
+
 /// Mesh of a builder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MeshId(usize);
@@ -70,6 +75,25 @@ impl SceneBuilder {
         }
         self.description.materials.push(material);
         MaterialId(index)
+    }
+
+    /// Adds a medium, for [`Material::medium`] or as the [`atmosphere`](Self::atmosphere).
+    pub fn medium(&mut self, medium: Medium) -> MediumId {
+        let index = self.description.media.len();
+        let name = if medium.name.is_empty() { index.to_string() } else { medium.name.clone() };
+        self.description.media.push(Medium { name, ..medium });
+        MediumId(index)
+    }
+
+    /// Adds a material whose surfaces have a medium inside.
+    pub fn filled(&mut self, material: impl Into<Material>, medium: MediumId) -> MaterialId {
+        self.material(Material { medium: Some(medium.0), ..material.into() })
+    }
+
+    /// Surrounds all objects, and the camera, with a medium.
+    pub fn atmosphere(&mut self, medium: MediumId) -> &mut Self {
+        self.description.atmosphere = Some(medium.0);
+        self
     }
 
     fn shape(&mut self, kind: ShapeKind, material: MaterialId) -> &mut Self {

@@ -24,6 +24,14 @@ impl Description {
         for image in &self.images {
             check_image(image)?;
         }
+        let media = self.media.len();
+        for medium in &self.media {
+            medium.check().map_err(|fault| format!("{}: {fault}", names::medium(&medium.name)))?;
+        }
+        let named = self.materials.iter().map(|material| material.medium);
+        if let Some(index) = named.chain([self.atmosphere]).flatten().find(|&index| index >= media) {
+            return Err(format!("medium {index} of {media} is used"));
+        }
         for material in &self.materials {
             let fault = |fault| format!("{}: {fault}", names::material(&material.name));
             material.check(self.images.len()).map_err(fault)?;

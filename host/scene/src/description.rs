@@ -6,6 +6,7 @@
 
 pub use super::light::PunctualLight;
 pub use super::material::{Alpha, Material, surface::*};
+pub use super::medium::{DensityGrid, Medium, PlacedGrid};
 pub use super::texture::{Filter, Texels, TextureImage, TextureUse, Wrap};
 
 use super::CameraPose;
@@ -36,6 +37,10 @@ pub struct Description {
     pub lights: Vec<PunctualLight>,
     /// Radiance from infinity; `None` is black.
     pub sky: Option<Sky>,
+    /// Participating media, indexed by [`Material::medium`].
+    pub media: Vec<Medium>,
+    /// Index into `media` of the medium around all objects; `None` for none.
+    pub atmosphere: Option<usize>,
     /// Ground that catches shadows and fades out.
     pub ground: Option<Ground>,
     /// Warnings: each feature that the file uses and the renderer does not support, named once, and

@@ -22,6 +22,7 @@ mod limits;
 mod loader;
 mod lower;
 pub mod material;
+pub mod medium;
 mod memory_budget;
 mod mesh_boxes;
 mod model;
@@ -73,6 +74,7 @@ use trisect_shared::layers::{LayerTextures, MaterialLayers};
 use trisect_shared::light::Light;
 use trisect_shared::material::{BLENDED, MASKED, Material};
 use trisect_shared::math::max_component;
+use trisect_shared::medium::Medium;
 use trisect_shared::microfacet::MIN_ROUGH_ALPHA;
 use trisect_shared::planar::Planar;
 use trisect_shared::sky::Sky;
@@ -125,6 +127,10 @@ pub struct Scene {
     pub textures: Vec<Texture>,
     /// Texels of all textures. Scenes of one file at several times share them.
     pub texels: Arc<[Texel]>,
+    /// Participating media. Materials and `atmosphere` number them from 1 on.
+    pub media: Vec<Medium>,
+    /// Medium around all objects; 0 for none.
+    pub atmosphere: u32,
     /// Lights without extent, before their rows of the alias table are filled in.
     pub lights: Vec<Light>,
     /// Warnings for people: what was left out or changed.
@@ -213,6 +219,8 @@ impl Scene {
         needs(features::INSTANCES, !self.shared.instances.is_empty());
         needs(features::ENVIRONMENT, self.environment.is_some());
         needs(features::PUNCTUAL, !self.lights.is_empty());
+        // Paths and shadow rays pass the boundaries of media as they pass holes.
+        needs(features::MEDIA | features::HOLES, !self.media.is_empty());
         for material in &self.materials {
             needs(features::of_material(material.kind), true);
             needs(features::EMITTERS, max_component(material.emission) > 0.0);

@@ -4,6 +4,7 @@ use super::description::{Description, TextureImage};
 use super::error::SceneError;
 use super::import::{Folder, ModelOptions, OpenModel};
 use super::loader::Loader;
+use super::medium::DensityGrid;
 use super::scene_document::FromDisk;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -18,6 +19,7 @@ pub(super) struct Library {
     models: HashMap<PathBuf, OpenModel>,
     panoramas: HashMap<PathBuf, Arc<Image>>,
     textures: HashMap<(PathBuf, bool), Arc<TextureImage>>,
+    grids: HashMap<PathBuf, Arc<DensityGrid>>,
     /// True once a model was given at the time of [`options`](Self::options) that has animations.
     pub has_moved: bool,
 }
@@ -26,7 +28,8 @@ impl Library {
     /// Returns a library of the files that a scene in `folder` names, before any is read.
     pub fn new(folder: Folder, options: ModelOptions) -> Self {
         let (models, panoramas, textures) = (HashMap::new(), HashMap::new(), HashMap::new());
-        Self { folder, options, models, panoramas, textures, has_moved: false }
+        let grids = HashMap::new();
+        Self { folder, options, models, panoramas, textures, grids, has_moved: false }
     }
 }
 
@@ -48,6 +51,15 @@ impl Loader for Library {
         }
         let read = FromDisk { folder: &self.folder, options: &self.options }.panorama(path)?;
         self.panoramas.insert(path.to_owned(), Arc::clone(&read));
+        Ok(read)
+    }
+
+    fn density(&mut self, path: &Path) -> Result<Arc<DensityGrid>, SceneError> {
+        if let Some(known) = self.grids.get(path) {
+            return Ok(Arc::clone(known));
+        }
+        let read = FromDisk { folder: &self.folder, options: &self.options }.density(path)?;
+        self.grids.insert(path.to_owned(), Arc::clone(&read));
         Ok(read)
     }
 

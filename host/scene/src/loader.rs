@@ -3,6 +3,7 @@
 use super::description::{Description, TextureImage};
 use super::error::SceneError;
 use super::import::ModelOptions;
+use super::medium::DensityGrid;
 use std::path::Path;
 use std::sync::Arc;
 use trisect_image::Image;
@@ -15,6 +16,9 @@ pub trait Loader {
 
     /// Reads a panorama: HDR, EXR or PFM by its extension, in upper or lower case.
     fn panorama(&mut self, path: &Path) -> Result<Arc<Image>, SceneError>;
+
+    /// Reads a grid of densities.
+    fn density(&mut self, path: &Path) -> Result<Arc<DensityGrid>, SceneError>;
 
     /// Reads a texture. Unless `linear`, red, green and blue of an integer format are sRGB-encoded.
     fn texture(&mut self, path: &Path, linear: bool) -> Result<Arc<TextureImage>, SceneError>;

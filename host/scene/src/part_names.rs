@@ -33,6 +33,11 @@ pub(crate) fn material(name: &str) -> String {
     format!("material \"{name}\"")
 }
 
+/// Returns the name of a medium.
+pub(crate) fn medium(name: &str) -> String {
+    format!("medium \"{name}\"")
+}
+
 /// Returns the name of a light without extent. Those of a scene file have the first indices.
 pub(crate) fn light(index: usize) -> String {
     format!("lights[{index}]")

@@ -82,6 +82,8 @@ impl Scene {
         put(bytes, &self.textures);
         put(bytes, &self.texels);
         put(bytes, &self.lights);
+        put(bytes, &self.media);
+        bytes(bytes_of(&self.atmosphere));
     }
 
     /// Decodes a scene from the bytes of [`to_bytes`](Self::to_bytes).
@@ -138,6 +140,8 @@ impl Scene {
             textures: reader.array()?,
             texels: reader.array()?.into(),
             lights: reader.array()?,
+            media: reader.array()?,
+            atmosphere: reader.record()?,
             warnings: header.warnings,
             image: header.image,
         })

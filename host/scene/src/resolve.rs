@@ -2,7 +2,10 @@
 
 use super::ImageSettings;
 use super::camera::Camera;
-use super::description::{Description, Filter, Ground, Material, Shape, ShapeKind, Sky, TextureUse, Wrap};
+use super::description::{
+    DensityGrid, Description, Filter, Ground, Material, Medium, PlacedGrid, Shape, ShapeKind, Sky,
+    TextureUse, Wrap,
+};
 use super::error::SceneError;
 use super::format::{self, Index, Name, Object, SceneFile, Source};
 use super::import::Folder;
@@ -10,9 +13,11 @@ use super::include::Models;
 use super::loader::Loader;
 use super::values::{MAX_MAGNITUDE, sin_cos_degrees, vector};
 use crate::Fresnel;
-use glam::{DAffine2, DMat2, DVec2, DVec3};
+use glam::{DAffine2, DAffine3, DMat2, DVec2, DVec3};
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 #[cfg(test)]
 mod tests;
@@ -27,10 +32,15 @@ pub fn describe(
     let source = file.source;
     let mut scene = Description::default();
 
+    scene.media = media(file, folder, loader, &mut scene.files)?;
+    let media = Index::new(&file.media);
+    scene.atmosphere = file.atmosphere.as_ref().map(|name| media.find(name, source)).transpose()?;
     let textures = textures(file, folder, loader, &mut scene)?;
     let textures = Textures { names: Index::new(&file.textures), uses: textures, source };
     for (name, material) in &file.materials {
-        scene.materials.push(textures.material(name, material, &mut scene.warnings)?);
+        let medium = material.medium.as_ref().map(|name| media.find(name, source)).transpose()?;
+        let material = textures.material(name, &material.material, &mut scene.warnings)?;
+        scene.materials.push(Material { medium, ..material });
     }
 
     scene.cameras.extend(file.camera.iter().map(|camera| ("camera".to_owned(), Camera::pose(camera))));
@@ -79,6 +89,45 @@ pub fn describe(
     let ground = |ground: &format::Ground| Ground { center: vector(ground.center), size: ground.size.0 };
     scene.ground = file.ground.as_ref().map(ground);
     Ok((scene, settings(file)))
+}
+
+/// Reads `media`, in its order. A file that several media name is read once.
+fn media(
+    file: &SceneFile,
+    folder: &Folder,
+    loader: &mut dyn Loader,
+    files: &mut Vec<PathBuf>,
+) -> Result<Vec<Medium>, SceneError> {
+    let mut read: HashMap<PathBuf, Arc<DensityGrid>> = HashMap::new();
+    let mut media = Vec::with_capacity(file.media.len());
+    for (name, medium) in &file.media {
+        let mut grid = None;
+        if let Some(named) = &medium.grid {
+            let path = file.source.locate(&named.file, folder)?;
+            let densities = match read.entry(path) {
+                Entry::Occupied(known) => Arc::clone(known.get()),
+                Entry::Vacant(place) => {
+                    let densities = loader
+                        .density(place.key())
+                        .map_err(|error| file.source.in_file(&named.file, error))?;
+                    files.push(place.key().clone());
+                    Arc::clone(place.insert(densities))
+                }
+            };
+            let [low, high] = densities.bounds().map(|corner| DVec3::from(corner.map(f64::from)));
+            let bounds = DAffine3::from_translation(low) * DAffine3::from_scale(high - low);
+            grid = Some(PlacedGrid { grid: densities, transform: named.transform.0 * bounds });
+        }
+        media.push(Medium {
+            name: name.clone(),
+            extinction: vector(medium.extinction),
+            albedo: vector(medium.albedo),
+            anisotropy: medium.anisotropy.0,
+            emission: vector(medium.emission),
+            grid,
+        });
+    }
+    Ok(media)
 }
 
 fn settings(file: &SceneFile) -> ImageSettings {
@@ -158,7 +207,7 @@ impl Textures<'_> {
     fn material(
         &self,
         name: &str,
-        material: &format::Material,
+        material: &Material<Name>,
         warnings: &mut Vec<String>,
     ) -> Result<Material, SceneError> {
         if material.emission_texture.is_some() && material.emission == DVec3::ZERO {

@@ -4,6 +4,7 @@
 use super::description::{Description, TextureImage};
 use super::import::{Folder, Includes, ModelOptions};
 use super::loader::Loader;
+use super::medium::DensityGrid;
 use super::source::Source;
 use super::surroundings::{self, Surroundings};
 use super::{
@@ -52,6 +53,10 @@ impl Loader for FromDisk<'_> {
 
     fn panorama(&mut self, path: &Path) -> Result<Arc<Image>, SceneError> {
         surroundings::read_panorama(path)
+    }
+
+    fn density(&mut self, path: &Path) -> Result<Arc<DensityGrid>, SceneError> {
+        DensityGrid::load(path).map(Arc::new)
     }
 
     fn texture(&mut self, path: &Path, linear: bool) -> Result<Arc<TextureImage>, SceneError> {

@@ -7,7 +7,7 @@ use super::description::{
 };
 use super::ranges::MAX_INTENSITY;
 use super::values::{MAX_MAGNITUDE, MIN_MAGNITUDE};
-use super::{CameraPose, limits};
+use super::{CameraPose, limits, part_names as names};
 use glam::{DAffine3, DVec3};
 use serde::{Serialize, Serializer};
 
@@ -153,6 +153,11 @@ impl Description {
             if let Surface::MetallicRoughness(MetallicRoughness { layers, .. }) = &mut material.surface {
                 layers.scale(space.scale);
             }
+        }
+        for medium in &mut self.media {
+            medium.move_to(space.scale, |map| space.place(map));
+            let name = names::medium(&medium.name);
+            medium.check().map_err(|reason| fault(format!("the {name} is invalid: {reason}")))?;
         }
         if let Some(ground) = &mut self.ground {
             (ground.center, ground.size) = (space.point(ground.center), ground.size * space.scale);

@@ -1,9 +1,11 @@
 //! Checks what kernels rely on when they read without bounds checks.
 
+use super::medium::MAX_MEDIA;
 use super::{Scene, SceneError};
 use trisect_shared::attributes::MeshVertex;
 use trisect_shared::bsdf::LAYERED;
 use trisect_shared::bvh::Child;
+use trisect_shared::medium::{CELL, CLEAR, HAS_GRID};
 use trisect_shared::texture::NO_TEXTURE;
 
 impl Scene {
@@ -34,6 +36,38 @@ impl Scene {
                         "vertex {index} has attributes {attributes}, but there are {vertices} vertices"
                     ));
                 }
+            }
+        }
+        None
+    }
+
+    /// Returns what is wrong with a medium or the number of one, if something is.
+    fn broken_medium(&self) -> Option<String> {
+        let count = self.media.len();
+        let known = |id: u32| id as usize <= count;
+        if count > MAX_MEDIA || !known(self.atmosphere) {
+            return Some(format!(
+                "{count} media, at most {MAX_MEDIA}, of which {} is around",
+                self.atmosphere
+            ));
+        }
+        let numbers = self.materials.iter().map(|material| material.medium);
+        if let Some(id) = numbers.into_iter().find(|&id| !known(id) && (id != CLEAR || count == 0)) {
+            return Some(format!("a material bounds medium {id}, but there are {count}"));
+        }
+        let texels = self.texels.len() as u64;
+        for (index, medium) in self.media.iter().enumerate() {
+            let size = [medium.width, medium.height, medium.depth];
+            let voxels = size.iter().map(|&n| u64::from(n)).try_fold(1u64, u64::checked_mul);
+            let cells: u64 = size.iter().map(|&n| u64::from(n.div_ceil(CELL))).fold(1, u64::saturating_mul);
+            let ends = voxels.and_then(|voxels| {
+                let voxels = voxels.checked_add(u64::from(medium.first_density))?;
+                Some(voxels.max(cells.checked_add(u64::from(medium.first_majorant))?))
+            });
+            let is_there =
+                size.iter().all(|n| (1..=1 << 30).contains(n)) && ends.is_some_and(|end| end <= texels);
+            if medium.flags & HAS_GRID != 0 && !is_there {
+                return Some(format!("the grid of medium {} is not among the {texels} texels", index + 1));
             }
         }
         None
@@ -91,6 +125,9 @@ impl Scene {
         }
         if self.texels.len() > u32::MAX as usize {
             return Some(format!("{} texels; at most {} fit", self.texels.len(), u32::MAX));
+        }
+        if let Some(message) = self.broken_medium() {
+            return Some(message);
         }
         let environment = self.environment.as_ref()?;
         let count = u64::from(environment.width) * u64::from(environment.height);

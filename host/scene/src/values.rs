@@ -87,6 +87,14 @@ number!(
     Absorption, "an imaginary part of an index of refraction, between 0 and 1e3", x => (0.0..=1e3).contains(&x)
 );
 number!(
+    /// An extinction of a medium, per scene unit.
+    Extinction, "an extinction: 0, or between 1e-18 and 1e18", x => x == 0.0 || (MIN_MAGNITUDE..=MAX_MAGNITUDE).contains(&x)
+);
+number!(
+    /// A mean cosine of the scattering angle of a medium.
+    Anisotropy, "an anisotropy between -0.99 (back) and 0.99 (straight on)", x => (-0.99..=0.99).contains(&x)
+);
+number!(
     /// The vertical angle of an image, in degrees.
     FieldOfView, "an angle between 0.001 and 179 degrees", x => (1e-3..=179.0).contains(&x)
 );

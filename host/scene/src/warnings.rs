@@ -24,7 +24,8 @@ fn no_light(scene: &Description) -> Option<String> {
             || meshes.clone().any(|mesh| emits(mesh.material))
     };
     let lights = || scene.lights.iter().any(|light| light.strength().max_element() > 0.0);
-    (!sky && !lights() && !surfaces()).then(|| {
+    let media = || scene.media.iter().any(|medium| medium.emission.max_element() > 0.0);
+    (!sky && !lights() && !surfaces() && !media()).then(|| {
         "no light: nothing in the scene emits, so the image is black; add a `sky`, an object that emits \
          or an entry of `lights`"
             .to_owned()

@@ -46,6 +46,19 @@ pub(super) fn refracted(segment: u32, walk: u32) -> u32 {
     (segment << 7 | walk) << KIND_BITS | 5
 }
 
+/// Returns the block for the flight of a path's ray through a medium, after `passes` surfaces that
+/// the path passed.
+#[inline(always)]
+pub(super) fn flight(segment: u32, passes: u32) -> u32 {
+    (segment << 10 | passes) << KIND_BITS | 6
+}
+
+/// Returns the block for the flight of a shadow ray, as [`flight`].
+#[inline(always)]
+pub(super) fn shadow_flight(segment: u32, passes: u32) -> u32 {
+    (segment << 10 | passes) << KIND_BITS | 7
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -86,6 +99,8 @@ mod tests {
             refracted(1, 0),
             refracted(1, 1),
             refracted(2, 0),
+            flight(1, 0),
+            shadow_flight(1, 0),
         ];
         for words in samplers {
             for part in parts {

@@ -5,6 +5,7 @@
 
 mod blocks;
 mod first_hit;
+mod medium;
 mod nee;
 mod persistent;
 mod refracted;
@@ -22,6 +23,7 @@ pub use tube::MAX_BENDS;
 use crate::bvh::{NO_PRIMITIVE, RayQuery};
 use crate::features::{FeatureSet, Features, HOLES, NEE, PANES};
 use crate::film::{Compensation, PixelSums};
+use crate::medium::MediumStack;
 use crate::params::{FLAG_OPAQUE_ZERO, RenderParams};
 use crate::ray::{OriginPrimitive, Ray};
 use crate::rng::PathKey;
@@ -84,6 +86,10 @@ struct Path {
     light_primitive: u32,
     /// Row-major index of the pixel in the whole image.
     pixel: u32,
+    /// Media in which the ray is.
+    media: MediumStack,
+    /// Media of the path's ray after a shadow ray.
+    continuation_media: MediumStack,
     /// True if the sample has no camera ray yet.
     needs_camera_ray: bool,
     /// True if the ray is a shadow ray.
@@ -119,6 +125,8 @@ impl Path {
             vertex_normal: Vec3::ZERO,
             skipped_distance: 0.0,
             absorption: Vec3::ZERO,
+            media: MediumStack::EMPTY,
+            continuation_media: MediumStack::EMPTY,
             shadow: false,
             shadow_t_max: MISS,
             light_primitive: NO_PRIMITIVE,
@@ -146,6 +154,7 @@ impl Path {
         self.vertex_primitive = NO_PRIMITIVE;
         self.skipped_distance = 0.0;
         self.absorption = Vec3::ZERO;
+        self.media = MediumStack(params.camera.media);
     }
 
     /// Adds the finished sample to its pixel's sums, and moves on to the pixel's next sample.

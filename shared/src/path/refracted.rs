@@ -72,6 +72,7 @@ unsafe fn walk<const POSSIBLE: Features>(
     features: FeatureSet<POSSIBLE>,
     params: &RenderParams,
     scene: Scene,
+    path: &Path,
     from: &Vertex,
     piece: &Piece,
     light: &Light,
@@ -88,7 +89,7 @@ unsafe fn walk<const POSSIBLE: Features>(
         direction = normalize(best + step * damping);
         // SAFETY: the caller's promise.
         arrival = unsafe {
-            follow(features, params, scene, from, piece, light, direction, is_straight, max_segments)
+            follow(features, params, scene, path, from, piece, light, direction, is_straight, max_segments)
         };
         rays += arrival.rays;
         steps += 1;
@@ -167,7 +168,7 @@ impl Path {
             }
             // SAFETY: the caller's promise.
             let walk = unsafe {
-                walk(features, params, scene, vertex, &piece, &light, start, walks == 0, max_segments)
+                walk(features, params, scene, self, vertex, &piece, &light, start, walks == 0, max_segments)
             };
             self.rays += walk.rays;
             let (from_straight, from_found) = (walk.direction - straight, walk.direction - found);

@@ -11,17 +11,17 @@ use crate::buffer::SharedSlice;
 use crate::bvh::{Hit, NO_PRIMITIVE};
 use crate::environment;
 use crate::features::{
-    AOVS, EMITTERS, ENVIRONMENT, FeatureSet, Features, HOLES, LAYERS, LIGHT_TREE, NEE, PANES,
+    AOVS, EMITTERS, ENVIRONMENT, FeatureSet, Features, HOLES, LAYERS, LIGHT_TREE, MEDIA, NEE, PANES,
     REFRACTED_LIGHT, ROULETTE,
 };
 use crate::layers::SOLID;
 use crate::light::mis_weight;
 use crate::material::{BLENDED, MASKED};
-use crate::math::{exp2, max, max_component, min, unit_f32};
+use crate::math::{max, max_component, min, unit_f32};
+use crate::medium::transmittance;
 use crate::params::{FLAG_HIDDEN_SKY, RenderParams};
 use crate::sampler::words;
 use crate::scene::Scene;
-use core::f32::consts::LOG2_E;
 use glam::Vec3;
 
 impl Path {
@@ -41,6 +41,15 @@ impl Path {
         aovs: &mut SharedSlice<AovSums>,
     ) -> bool {
         self.rays += 1;
+        if features.has::<MEDIA>() {
+            // SAFETY: the caller's promise.
+            unsafe {
+                let vertex = self.fly(features, params, scene, hit.distance);
+                if vertex.collided {
+                    return self.shade_medium(features, params, scene, vertex, aovs);
+                }
+            }
+        }
         let mut ended = true;
         let blocked = hit.primitive != NO_PRIMITIVE && hit.primitive != self.light_primitive;
         if features.has::<NEE>() && self.shadow && !(features.has::<{ HOLES | PANES }>() && blocked) {
@@ -64,6 +73,7 @@ impl Path {
     fn end_connection(&mut self) -> bool {
         self.shadow = false;
         self.ray = self.continuation;
+        self.media = self.continuation_media;
         !self.continues
     }
 
@@ -89,11 +99,26 @@ impl Path {
         self.passes += 1;
         self.shadow_t_max -= vertex.hit.distance;
         if max_component(self.pending_light) > 0.0 && self.passes <= MAX_PASSES {
-            self.ray = vertex.pass();
+            self.pass(features, vertex);
             false
         } else {
             self.end_connection()
         }
+    }
+
+    /// Continues the path beyond the surface at `vertex`, which is no segment. Returns whether the
+    /// path ended.
+    #[inline(always)]
+    fn pass_hole<const POSSIBLE: Features>(
+        &mut self,
+        features: FeatureSet<POSSIBLE>,
+        vertex: &Vertex,
+    ) -> bool {
+        self.segment -= 1;
+        self.passes += 1;
+        self.skipped_distance += vertex.hit.distance;
+        self.pass(features, vertex);
+        self.passes > MAX_PASSES
     }
 
     /// Adds the radiance of the sky, which ends the path.
@@ -163,11 +188,7 @@ impl Path {
             passed = unit_f32(self.key.words(blocks::passing(self.segment, self.passes)).x) >= alpha;
         }
         if passed {
-            self.segment -= 1;
-            self.passes += 1;
-            self.skipped_distance += hit.distance;
-            self.ray = vertex.pass();
-            return self.passes > MAX_PASSES;
+            return self.pass_hole(features, &vertex);
         }
         let mut emitted = Vec3::ZERO;
         if features.has::<EMITTERS>() && vertex.material.emits(front) {
@@ -231,6 +252,7 @@ impl Path {
                     self.absorption = if front { vertex.layers.absorption } else { Vec3::ZERO };
                 }
                 let inside = front == scatter.transmitted;
+                self.leave_surface(features, &vertex, front, inside, connection.inside);
                 self.continuation = vertex.leave(features, scatter.direction, inside);
                 ended = !self.continues && !self.shadow;
                 self.ray = if features.has::<NEE>() && self.shadow {
@@ -270,9 +292,8 @@ impl Path {
     /// (Beer and Lambert's law).
     #[inline(always)]
     fn absorb(&mut self, distance: f32) {
-        let power = self.absorption * (-LOG2_E * distance);
         if self.absorption.dot(self.absorption) > 0.0 {
-            self.throughput *= Vec3::new(exp2(power.x), exp2(power.y), exp2(power.z));
+            self.throughput *= transmittance(self.absorption, distance);
         }
     }
 
@@ -294,8 +315,7 @@ impl Path {
             Vec3::ZERO
         };
         if sigma.dot(sigma) > 0.0 {
-            let power = sigma * (-LOG2_E * min(connection.light.t_max, 1e30));
-            self.pending_light *= Vec3::new(exp2(power.x), exp2(power.y), exp2(power.z));
+            self.pending_light *= transmittance(sigma, min(connection.light.t_max, 1e30));
         }
     }
 
@@ -346,7 +366,7 @@ impl Path {
     /// Makes the connection's shadow ray the next ray, if it may add light; `eval` is that of the
     /// BSDF in its direction.
     #[inline(always)]
-    fn begin_connection(&mut self, connection: &Connection, eval: BsdfEval) {
+    pub(super) fn begin_connection(&mut self, connection: &Connection, eval: BsdfEval) {
         self.pending_light = self.throughput * connection.contribution(eval);
         self.shadow = max_component(self.pending_light) > 0.0;
         (self.shadow_t_max, self.light_primitive) = (connection.light.t_max, connection.light.primitive);

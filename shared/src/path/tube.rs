@@ -1,17 +1,18 @@
 //! Tube of light: a ray from a vertex through smooth glass to a light, with its derivatives by the
 //! direction in which it starts (Igehy, "Tracing Ray Differentials", SIGGRAPH 1999).
 
-use super::MAX_PASSES;
 use super::vertex::Vertex;
+use super::{MAX_PASSES, Path, blocks};
 use crate::bsdf::{DIELECTRIC, is_pane, slots};
 use crate::bvh::{NO_PRIMITIVE, RayQuery};
 use crate::curvature::Curvature;
-use crate::features::{FeatureSet, Features, HOLES, PANES, SCHLICK};
+use crate::features::{FeatureSet, Features, HOLES, MEDIA, PANES, SCHLICK};
 use crate::fresnel;
 use crate::light::glass::Piece;
 use crate::light::{DIRECTIONAL, Light};
 use crate::material::{BLENDED, MASKED};
-use crate::math::{basis, max, max_component, normalize, sqrt};
+use crate::math::{basis, max, max_component, min, normalize, sqrt};
+use crate::medium::MediumStack;
 use crate::params::RenderParams;
 use crate::scene::Scene;
 use crate::sphere::MISS;
@@ -20,6 +21,9 @@ use glam::Vec3;
 
 /// Maximum number of surfaces that refract a connection, or reflect it totally.
 pub const MAX_BENDS: u32 = 4;
+
+/// Number of the first [block](blocks::refracted) for flights through media, after those of walks.
+const FIRST_FLIGHT: u32 = 0x60;
 
 /// End of a tube at a light. (Vectors begin rows of 16 bytes: naga lays records out so.)
 #[repr(C, align(16))]
@@ -68,6 +72,7 @@ pub(super) unsafe fn follow<const POSSIBLE: Features>(
     features: FeatureSet<POSSIBLE>,
     params: &RenderParams,
     scene: Scene,
+    path: &Path,
     from: &Vertex,
     piece: &Piece,
     light: &Light,
@@ -82,6 +87,10 @@ pub(super) unsafe fn follow<const POSSIBLE: Features>(
     let (mut passed, mut rays, mut passes) = (Vec3::ONE, 0, 0);
     let (mut bends, mut segments) = (0, 1);
     let (mut reach, mut arrived, mut going) = (MISS, false, true);
+    let mut media = MediumStack::EMPTY;
+    if features.has::<MEDIA>() {
+        media = path.media_behind(from, from.is_front(), inside);
+    }
     while going {
         // SAFETY: the caller's promise.
         let hit = unsafe { closest_hit(features, params, scene, ray, RayQuery::CLOSEST) };
@@ -89,6 +98,13 @@ pub(super) unsafe fn follow<const POSSIBLE: Features>(
         going = false;
         if light.kind != DIRECTIONAL {
             reach = (light.position - ray.origin).dot(ray.direction);
+        }
+        if features.has::<MEDIA>() {
+            let block = blocks::refracted(path.segment, FIRST_FLIGHT | rays & 0x1f);
+            // SAFETY: the caller's promise.
+            passed *= unsafe {
+                path.transmittance(features, params, scene, media, ray, min(hit.distance, reach), block)
+            };
         }
         if hit.primitive == NO_PRIMITIVE || hit.distance >= reach {
             arrived = bends > 0 && reach > 0.0;
@@ -136,6 +152,9 @@ pub(super) unsafe fn follow<const POSSIBLE: Features>(
                     let direction = normalize(ray.direction * scale + n * bend);
                     going = (direction.dot(normals.geometric) > 0.0) == is_total;
                     ray = at.leave(features, direction, front != is_total);
+                    if features.has::<MEDIA>() && !is_total {
+                        media = media.cross(at.material.medium, front);
+                    }
                     bends += 1;
                     segments += 1;
                 }
@@ -154,6 +173,9 @@ pub(super) unsafe fn follow<const POSSIBLE: Features>(
                 origin_v += along_v * hit.distance;
                 going = max_component(passed) > 0.0 && passes <= MAX_PASSES;
                 ray = at.pass();
+                if features.has::<MEDIA>() {
+                    media = media.cross(at.material.medium, at.is_front());
+                }
             }
         }
     }

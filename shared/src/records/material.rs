@@ -70,8 +70,11 @@ pub struct Material {
     /// Layers of a [`LAYERED`](crate::bsdf::LAYERED) material. On the host, 1 plus an index into
     /// the scene's layers, or 0; on a device, the index at which they stand among the materials.
     pub layers: u32,
+    /// Identifier of the medium behind the surface, as a
+    /// [`MediumStack`](crate::medium::MediumStack) has it; 0 for a surface that bounds none.
+    pub medium: u32,
     /// Unused.
-    pub pad: [u32; 3],
+    pub pad: [u32; 2],
 }
 
 const _: () = assert!(size_of::<Material>() == 128 && align_of::<Material>() == 16);
@@ -102,7 +105,8 @@ impl Material {
             normal_texture: NO_TEXTURE,
             normal_scale: 1.0,
             layers: 0,
-            pad: [0; 3],
+            medium: 0,
+            pad: [0; 2],
         }
     }
 
@@ -131,6 +135,7 @@ impl Material {
             normal_texture,
             normal_scale: _,
             layers: _,
+            medium: _,
             pad: _,
         } = *self;
         [albedo_texture, metallic_roughness_texture, emission_texture, transmission_texture, normal_texture]

@@ -10,6 +10,7 @@ pub mod instance;
 pub mod layers;
 pub mod light;
 pub mod material;
+pub mod medium;
 pub mod texture;
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
 pub mod wide;

@@ -13,6 +13,7 @@ mod lights;
 mod lobe_choice;
 mod lookups;
 mod materials;
+mod media;
 mod mesh;
 mod powers;
 mod random;

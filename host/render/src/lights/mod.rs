@@ -37,6 +37,8 @@ pub struct Lights {
     /// Materials of the scene, with `light_pdf` set to the pdf, by area, of a point on an emitting
     /// primitive.
     pub materials: Vec<Material>,
+    /// Index in `materials` of the first medium, which follow the layers of materials.
+    pub first_medium: u32,
     /// Probability, from 0 to 1, of choosing the environment map instead of an entry of `lights`.
     pub environment_probability: f32,
 }
@@ -120,6 +122,8 @@ impl Lights {
             material.light_pdf = density as f32;
         }
         append_layers(&mut materials, scene);
+        let first_medium = materials.len() as u32;
+        materials.extend(scene.media.iter().map(|medium| bytemuck::cast::<_, Material>(*medium)));
         let count = lights.len() as u32;
         let area_count = area_count.min(count);
         let distant = lights.iter().filter(|light| light.kind == DIRECTIONAL).count() as u32;
@@ -138,7 +142,16 @@ impl Lights {
             lights.extend(glass::pieces(scene));
         }
         let glass_count = lights.len() as u32 - first_glass;
-        Self { lights, count, area_count, first_glass, glass_count, materials, environment_probability }
+        Self {
+            lights,
+            count,
+            area_count,
+            first_glass,
+            glass_count,
+            materials,
+            first_medium,
+            environment_probability,
+        }
     }
 }
 

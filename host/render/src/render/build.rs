@@ -71,7 +71,7 @@ impl Renderer {
 
     fn of(scene: LaunchScene, uploaded: DeviceScene, phases: Phases) -> Self {
         Self {
-            pipeline: ChunkPipeline::new(uploaded.device().info().kind),
+            pipeline: ChunkPipeline::new(uploaded.device().info().kind, scene.features()),
             scene,
             uploaded,
             phases,

@@ -6,6 +6,7 @@ use crate::film::{HostRecords, RadianceTotals};
 use bytemuck::{Pod, Zeroable};
 use trisect_device::{Device, DeviceKind};
 use trisect_shared::aovs::AovSums;
+use trisect_shared::features::{Features, MEDIA, has_any};
 use trisect_shared::film::PixelSums;
 
 /// Sums and AOV sums of a chunk.
@@ -50,10 +51,13 @@ impl ChunkPipeline {
         device.unpin(self.radiance.memory());
     }
 
-    /// Creates a pipeline for a device of this kind, without memory yet.
-    pub fn new(kind: DeviceKind) -> Self {
+    /// Creates a pipeline for a device of this kind and a scene with these features, without memory
+    /// yet.
+    pub fn new(kind: DeviceKind, scene: Features) -> Self {
         let (current, spare) = (ChunkSums::default(), ChunkSums::default());
-        let (sizer, queue) = (SubmissionSizer::new(kind), SubmissionQueue::default());
+        let factor = if has_any(scene, MEDIA) { 4 } else { 1 };
+        let (sizer, queue) =
+            (SubmissionSizer::new(kind).with_longer_loops(factor), SubmissionQueue::default());
         Self { sizer, queue, current, spare, radiance: HostRecords::default() }
     }
 

@@ -1,6 +1,7 @@
 //! The part of a scene that launches need once its arrays are on a device, and its camera.
 
 use super::Settings;
+use super::boundaries::Boundaries;
 use super::scene_params::SceneParams;
 use crate::bvh::{Bvh, BvhQuality};
 use crate::camera;
@@ -13,6 +14,7 @@ use trisect_shared::attributes::MeshVertex;
 use trisect_shared::bvh::{BvhNode, Child};
 use trisect_shared::camera::Camera;
 use trisect_shared::features::{Features, LIGHT_TREE, PADDED_BOXES, REFRACTED_LIGHT};
+use trisect_shared::medium::MediumStack;
 use trisect_shared::params::{FLAG_HIDDEN_SKY, NO_CLAMP, RenderParams};
 use trisect_shared::tile_entry::NO_TILE_ENTRIES;
 use trisect_shared::triangle::Triangle;
@@ -25,6 +27,9 @@ pub(super) struct LaunchScene {
     features: Features,
     /// Launch parameters that the scene decides.
     params: SceneParams,
+    /// Boundaries of media, and the media around the camera.
+    boundaries: Arc<Boundaries>,
+    media: MediumStack,
     /// Maximum distance of a ray's origin from the world's origin, along each axis, for which the
     /// boxes are padded.
     ray_origin_extent: Vec3,
@@ -64,8 +69,11 @@ impl LaunchScene {
         padded_for: Option<Vec3>,
         quality: Option<BvhQuality>,
     ) -> Self {
+        let boundaries = Boundaries::of(scene);
         Self {
             camera: scene.camera,
+            media: boundaries.around(scene.camera.look_from),
+            boundaries: Arc::new(boundaries),
             features: scene.features(),
             params: SceneParams::new(scene, bvh, lights, padded_for.is_some()),
             ray_origin_extent: padded_for.unwrap_or(Vec3::ZERO),
@@ -99,6 +107,7 @@ impl LaunchScene {
         // needs, so no hit is lost.
         self.params.padded = record.is_parallel == 0 && start.cmple(self.ray_origin_extent).all();
         self.camera = pose;
+        self.media = self.boundaries.around(pose.look_from);
         Ok(true)
     }
 
@@ -176,7 +185,11 @@ impl LaunchScene {
         let (sine, cosine) = self.params.environment_rotation.sin_cos();
         let sampled = settings.light_sampling;
         RenderParams {
-            camera: self.camera(settings),
+            camera: Camera {
+                media: self.media.0,
+                first_medium: self.params.first_medium,
+                ..self.camera(settings)
+            },
             sky,
             width: settings.width,
             height: settings.height,

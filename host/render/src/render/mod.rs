@@ -4,6 +4,7 @@
 //! the chunks into a [`Film`] or shows them on a display. [`Settings`] say what to render.
 
 mod adding_speed;
+mod boundaries;
 mod build;
 mod chunk;
 mod chunk_buffers;

@@ -27,6 +27,8 @@ pub(super) struct SceneParams {
     pub light_tree: bool,
     /// True if the BVH's boxes are padded enough for rays that start at the camera.
     pub padded: bool,
+    /// Index of the first medium among the materials.
+    pub first_medium: u32,
     pub environment_probability: f32,
     pub environment_size: (u32, u32),
     pub environment_rotation: f64,
@@ -51,6 +53,7 @@ impl SceneParams {
             glass: lights.glass_count,
             light_tree: lights.has_tree(),
             padded,
+            first_medium: lights.first_medium,
             environment_probability: lights.environment_probability,
             environment_size: environment.map_or((0, 0), |e| (e.width, e.height)),
             environment_rotation: environment.map_or(0.0, |e| e.rotation),

@@ -40,6 +40,16 @@ impl SubmissionSizer {
         Self { budget, pixels, pixel_samples, fixed: false, speed: None }
     }
 
+    /// Divides the samples of a pixel in a submission of a software GPU by `factor`, for kernels
+    /// whose paths have longer loops.
+    pub(super) fn with_longer_loops(self, factor: u64) -> Self {
+        let pixel_samples = match self.pixel_samples < u64::from(u32::MAX) {
+            true => (self.pixel_samples / factor).max(1),
+            false => self.pixel_samples,
+        };
+        Self { pixel_samples, ..self }
+    }
+
     /// Sets the budget, or with `None` lets it follow the device's speed again.
     pub(super) fn limit(&mut self, samples: Option<u64>) {
         self.fixed = samples.is_some();

@@ -4,8 +4,8 @@ use super::name::{Name, Named};
 use crate::values::{Angle, TextureNumber};
 use serde::Deserialize;
 
-/// A material whose textures are names.
-pub type Material<'a> = crate::material::Material<Name<'a>>;
+/// A material whose textures and medium are names.
+pub type Material<'a> = crate::material::Written<Name<'a>>;
 
 impl Named for Material<'_> {
     const KIND: &'static str = "material";

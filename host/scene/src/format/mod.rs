@@ -4,6 +4,7 @@
 //! up once the whole file is read.
 
 mod material;
+mod medium;
 mod name;
 mod object;
 mod sky;
@@ -14,6 +15,7 @@ mod transform;
 mod tests;
 
 pub use material::{ColorSpace, Filter, Material, Texture, Wrap};
+pub use medium::Medium;
 pub use name::{Index, Name, Source};
 pub use object::{Object, sides};
 pub use sky::Sky;
@@ -64,6 +66,12 @@ pub struct SceneFile<'a> {
     /// Textures by name.
     #[serde(default, borrow, deserialize_with = "unique_names")]
     pub textures: Vec<(String, Texture<'a>)>,
+    /// Participating media by name.
+    #[serde(default, borrow, deserialize_with = "unique_names")]
+    pub media: Vec<(String, Medium<'a>)>,
+    /// Medium around all objects: a name from `media`.
+    #[serde(default, borrow, deserialize_with = "some")]
+    pub atmosphere: Option<Name<'a>>,
     /// Materials by name.
     #[serde(borrow, deserialize_with = "unique_names")]
     pub materials: Vec<(String, Material<'a>)>,
@@ -151,7 +159,11 @@ impl SceneFile<'_> {
     /// Returns whether the scene refers to other files.
     pub fn names_files(&self) -> bool {
         let panorama = matches!(self.sky, Sky::Image { .. });
-        panorama || !self.textures.is_empty() || self.objects.iter().any(|o| matches!(o, Object::Mesh { .. }))
+        let grid = self.media.iter().any(|(_, medium)| medium.grid.is_some());
+        panorama
+            || grid
+            || !self.textures.is_empty()
+            || self.objects.iter().any(|o| matches!(o, Object::Mesh { .. }))
     }
 
     /// Checks that each name refers to an entry, and that files have known extensions. This follows
@@ -162,7 +174,19 @@ impl SceneFile<'_> {
             source.check_extension(file, &PANORAMAS, "a panorama")?;
         }
         let textures = Index::new(&self.textures);
-        for (_, material) in &self.materials {
+        let media = Index::new(&self.media);
+        for (_, medium) in &self.media {
+            if let Some(grid) = &medium.grid {
+                source.check_extension(&grid.file, &["vol"], "a grid of densities")?;
+            }
+        }
+        if let Some(name) = &self.atmosphere {
+            media.find(name, source)?;
+        }
+        for (_, Material { material, medium }) in &self.materials {
+            if let Some(name) = medium {
+                media.find(name, source)?;
+            }
             for (name, role) in material.textures() {
                 let (_, texture) = &self.textures[textures.find(name, source)?];
                 if role == TextureRole::Numbers && texture.color_space == ColorSpace::Srgb {

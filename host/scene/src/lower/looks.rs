@@ -1,8 +1,9 @@
 //! Records of materials, textures and sky, which do not change when a scene moves.
 
-use super::super::description::{Description, Material, Mesh, Sky, TextureImage};
+use super::super::description::{Description, Material, Medium, Mesh, Sky, TextureImage};
 use super::super::{Environment, Scene};
-use super::{environment, material, texture, uniform};
+use super::medium::Media;
+use super::{environment, material, medium, texture, uniform};
 use glam::Vec3;
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -19,6 +20,8 @@ pub struct Looks {
     fading: HashSet<usize>,
     images: Vec<Arc<TextureImage>>,
     sky: Option<Sky>,
+    media: Vec<Medium>,
+    atmosphere: Option<usize>,
     records: Records,
 }
 
@@ -30,6 +33,7 @@ struct Records {
     layers: Vec<(MaterialLayers, LayerTextures)>,
     textures: Vec<Texture>,
     texels: Arc<[Texel]>,
+    media: Media,
 }
 
 impl Looks {
@@ -58,10 +62,11 @@ impl Looks {
             let record = material::lower(material, fades, &description.images, (&mut textures, &mut layers))?;
             materials.push(record);
         }
-        let texture::Packer { textures, texels, .. } = textures;
-        let records = Records { sky, environment, materials, layers, textures, texels: texels.into() };
-        let (materials, images) = (description.materials.clone(), description.images.clone());
-        Ok(Self { materials, fading, images, sky: description.sky.clone(), records })
+        let texture::Packer { textures, mut texels, .. } = textures;
+        let media = medium::lower(description, &mut materials, &mut layers, &mut texels)?;
+        let records = Records { sky, environment, materials, layers, textures, texels: texels.into(), media };
+        let Description { materials, images, sky, media, atmosphere, .. } = description.clone();
+        Ok(Self { materials, fading, images, sky, media, atmosphere, records })
     }
 
     /// Returns whether the records are those of a description.
@@ -71,15 +76,18 @@ impl Looks {
             && images.into_iter().all(|(a, b)| Arc::ptr_eq(a, b))
             && is_same_sky(self.sky.as_ref(), description.sky.as_ref())
             && self.materials == description.materials
+            && self.media == description.media
+            && self.atmosphere == description.atmosphere
             && self.fading == fading(description)
     }
 
     /// Gives the records to a scene. Its texels are shared.
     pub fn give(&self, scene: &mut Scene) {
-        let Records { sky, environment, materials, layers, textures, texels } = self.records.clone();
+        let Records { sky, environment, materials, layers, textures, texels, media } = self.records.clone();
         (scene.sky, scene.environment) = (sky, environment);
         (scene.materials, scene.layers) = (materials, layers);
         (scene.textures, scene.texels) = (textures, texels);
+        (scene.media, scene.atmosphere) = (media.records, media.atmosphere);
     }
 }
 

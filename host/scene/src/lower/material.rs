@@ -1,6 +1,6 @@
 //! Lowers materials.
 
-use super::super::description::{Alpha, Material as Described, TextureImage, TextureUse};
+use super::super::description::{Alpha, Material as Described, Surface, TextureImage, TextureUse};
 use super::texture::Packer;
 use glam::Vec3;
 use std::sync::Arc;
@@ -33,6 +33,9 @@ pub(super) fn lower(
         record.flags |= EMITS_BOTH_SIDES;
     }
     record.opacity = m.opacity as f32;
+    if matches!(m.surface, Surface::Interface(_)) {
+        (record.opacity, record.flags) = (0.0, record.flags | BLENDED);
+    }
     match m.alpha {
         // Opaque materials have no flag, so the scene needs no kernel for holes.
         Alpha::Opaque => {}

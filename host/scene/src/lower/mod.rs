@@ -6,6 +6,7 @@ mod geometry;
 mod ground;
 mod looks;
 mod material;
+mod medium;
 mod shared;
 mod sharing;
 mod tangents;
@@ -59,6 +60,8 @@ pub(super) fn lower(
         layers: Vec::new(),
         textures: Vec::new(),
         texels: [].into(),
+        media: Vec::new(),
+        atmosphere: 0,
         lights: description.lights.iter().map(PunctualLight::record).collect(),
         warnings,
         image: *image,

@@ -4,6 +4,8 @@ pub mod layers;
 mod read;
 pub mod surface;
 
+pub(crate) use read::Written;
+
 use crate::ranges::{all, each};
 use crate::texture::TextureUse;
 use crate::values::{Radiance, Share, TextureNumber, numbers, some};
@@ -36,6 +38,9 @@ pub struct Material<T = TextureUse> {
     /// True if the surface shows `emission` whatever the light (KHR_materials_unlit): colours of
     /// vertices multiply it, and next-event estimation does not sample it.
     pub is_unlit: bool,
+    /// Index into [`Description::media`](crate::description::Description::media) of the medium
+    /// behind the surface: inside of what its surfaces enclose.
+    pub medium: Option<usize>,
 }
 
 /// Meaning of a material's opacity.
@@ -106,6 +111,7 @@ impl<T> Material<T> {
             normal_texture: None,
             normal_scale: 1.0,
             is_unlit: false,
+            medium: None,
         }
     }
 
@@ -113,6 +119,25 @@ impl<T> Material<T> {
     #[must_use]
     pub fn named(self, name: impl Into<String>) -> Self {
         Self { name: name.into(), ..self }
+    }
+
+    /// Returns the fault of the medium behind this surface, if there is one.
+    fn medium_fault(&self) -> Option<&'static str> {
+        let is_interface = matches!(self.surface, Surface::Interface(_));
+        let is_opaque = self.opacity >= 1.0 && self.alpha == Alpha::Opaque && !self.surface.transmits();
+        match self.medium {
+            None if is_interface => Some("an Interface shows nothing; give it a `medium`"),
+            Some(_) if is_opaque => {
+                Some("no light passes this surface to its `medium`; use an Interface or a Dielectric")
+            }
+            Some(_) if self.layers().is_some_and(Layers::absorbs) => {
+                Some("`medium` and the attenuation of `volume` exclude each other; remove one")
+            }
+            _ if is_interface && (self.opacity < 1.0 || self.emission != DVec3::ZERO) => {
+                Some("an Interface has neither opacity nor emission; remove them")
+            }
+            _ => None,
+        }
     }
 
     /// Returns whether the material needs the tangents of its mesh.
@@ -157,6 +182,7 @@ impl<T> Material<T> {
             opacity: self.opacity,
             alpha: self.alpha,
             is_unlit: self.is_unlit,
+            medium: self.medium,
         })
     }
 }
@@ -170,6 +196,9 @@ impl Material {
         all::<TextureNumber>("normal scale", &[self.normal_scale])?;
         if let Alpha::Mask { cutoff } = self.alpha {
             all::<Share>("alpha cutoff", &[cutoff])?;
+        }
+        if let Some(fault) = self.medium_fault() {
+            return Err(fault.to_owned());
         }
         self.textures().try_for_each(|(texture, _)| texture.check(images))
     }

@@ -10,7 +10,16 @@ use serde::{Deserialize, Deserializer};
 use std::fmt;
 use std::marker::PhantomData;
 
-impl<'de, T: Deserialize<'de>> Deserialize<'de> for Material<T> {
+/// A material as a scene file has it; `T` refers to a texture or to a medium.
+#[derive(Debug)]
+pub struct Written<T> {
+    /// The material, without its medium.
+    pub material: Material<T>,
+    /// Medium behind the surface.
+    pub medium: Option<T>,
+}
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Written<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_enum("Material", &Surface::<T>::NAMES, ByName(PhantomData))
     }
@@ -20,7 +29,7 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Material<T> {
 struct ByName<T>(PhantomData<T>);
 
 impl<'de, T: Deserialize<'de>> Visitor<'de> for ByName<T> {
-    type Value = Material<T>;
+    type Value = Written<T>;
 
     fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         write!(formatter, "a material")
@@ -42,7 +51,7 @@ struct Fields<T> {
 }
 
 impl<'de, T: Deserialize<'de>> Visitor<'de> for Fields<T> {
-    type Value = Material<T>;
+    type Value = Written<T>;
 
     fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         write!(formatter, "the fields of {}", self.name)
@@ -50,12 +59,14 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for Fields<T> {
 
     fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
         if self.name == "Emissive" {
-            return Emissive::deserialize(MapAccessDeserializer::new(map)).map(Material::from);
+            let emissive = Emissive::deserialize(MapAccessDeserializer::new(map))?;
+            return Ok(Written { material: emissive.into(), medium: None });
         }
         let mut common = Common::new();
         let fields = SurfaceFields { map, common: &mut common };
         let surface = Surface::read(&self.name, MapAccessDeserializer::new(fields))?;
-        Ok(common.material(surface))
+        let medium = common.medium.take();
+        Ok(Written { material: common.material(surface), medium })
     }
 }
 
@@ -68,10 +79,11 @@ struct Common<T> {
     alpha_cutoff: Option<Share>,
     normal_texture: Option<T>,
     normal_scale: Option<TextureNumber>,
+    medium: Option<T>,
 }
 
 impl<T> Common<T> {
-    const NAMES: [&'static str; 7] = [
+    const NAMES: [&'static str; 8] = [
         "emission",
         "emission_texture",
         "two_sided",
@@ -79,6 +91,7 @@ impl<T> Common<T> {
         "alpha_cutoff",
         "normal_texture",
         "normal_scale",
+        "medium",
     ];
 
     const fn new() -> Self {
@@ -90,6 +103,7 @@ impl<T> Common<T> {
             alpha_cutoff: None,
             normal_texture: None,
             normal_scale: None,
+            medium: None,
         }
     }
 
@@ -116,6 +130,7 @@ impl<T> Common<T> {
             "alpha_cutoff" => set(&mut self.alpha_cutoff, "alpha_cutoff", map),
             "normal_texture" => set(&mut self.normal_texture, "normal_texture", map),
             "normal_scale" => set(&mut self.normal_scale, "normal_scale", map),
+            "medium" => set(&mut self.medium, "medium", map),
             _ => Ok(false),
         }
     }

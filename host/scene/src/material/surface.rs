@@ -6,7 +6,7 @@ use crate::ranges::{all, each};
 pub use crate::texture::TextureRole;
 use crate::texture::TextureUse;
 use crate::values::{Absorption, Eta, Ior, Share, number, numbers, some};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use serde::de::Error;
 use serde::{Deserialize, Deserializer};
 use trisect_shared::bsdf;
@@ -30,7 +30,15 @@ pub enum Surface<T = TextureUse> {
     Conductor(Conductor),
     /// glTF's metallic-roughness material.
     MetallicRoughness(MetallicRoughness<T>),
+    /// Boundary of a medium alone: light passes straight through.
+    Interface(Interface),
 }
+
+/// Boundary of a medium that light passes straight through: its medium has the index of refraction
+/// of what is outside.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Interface {}
 
 /// Diffuse reflection.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -194,7 +202,7 @@ impl<T> Default for MetallicRoughness<T> {
 
 impl<T> Surface<T> {
     /// Names of materials in scene files.
-    pub(super) const NAMES: [&'static str; 7] = [
+    pub(super) const NAMES: [&'static str; 8] = [
         "Lambertian",
         "Metal",
         "Dielectric",
@@ -202,6 +210,7 @@ impl<T> Surface<T> {
         "Conductor",
         "Emissive",
         "MetallicRoughness",
+        "Interface",
     ];
 
     /// Reads the fields of the surface of this name.
@@ -217,6 +226,7 @@ impl<T> Surface<T> {
             "RoughDielectric" => Deserialize::deserialize(fields).map(Self::RoughDielectric),
             "Conductor" => Deserialize::deserialize(fields).map(Self::Conductor),
             "MetallicRoughness" => Deserialize::deserialize(fields).map(Self::MetallicRoughness),
+            "Interface" => Deserialize::deserialize(fields).map(Self::Interface),
             other => Err(D::Error::unknown_variant(other, &Self::NAMES)),
         }
     }
@@ -228,9 +238,11 @@ impl<T> Surface<T> {
             Self::MetallicRoughness(m) => {
                 (&m.texture, [&m.metallic_roughness_texture, &m.transmission_texture])
             }
-            Self::Metal(_) | Self::Dielectric(_) | Self::RoughDielectric(_) | Self::Conductor(_) => {
-                (&None, [&None; 2])
-            }
+            Self::Metal(_)
+            | Self::Dielectric(_)
+            | Self::RoughDielectric(_)
+            | Self::Conductor(_)
+            | Self::Interface(_) => (&None, [&None; 2]),
         };
         let numbers = numbers.into_iter().flatten().map(|texture| (texture, TextureRole::Numbers));
         let layers = match self {
@@ -265,6 +277,7 @@ impl<T> Surface<T> {
             Self::Dielectric(dielectric) => Surface::Dielectric(dielectric),
             Self::RoughDielectric(dielectric) => Surface::RoughDielectric(dielectric),
             Self::Conductor(conductor) => Surface::Conductor(conductor),
+            Self::Interface(interface) => Surface::Interface(interface),
         })
     }
 
@@ -275,6 +288,15 @@ impl<T> Surface<T> {
                 Some(ior)
             }
             _ => None,
+        }
+    }
+
+    /// Returns whether light passes the surface, if it is opaque.
+    pub(super) fn transmits(&self) -> bool {
+        match self {
+            Self::Dielectric(_) | Self::RoughDielectric(_) | Self::Interface(_) => true,
+            Self::MetallicRoughness(m) => m.transmission > 0.0 || m.layers.diffuse_transmission.is_some(),
+            Self::Lambertian(_) | Self::Metal(_) | Self::Conductor(_) => false,
         }
     }
 
@@ -297,6 +319,7 @@ impl<T> Surface<T> {
                 each::<Share>("albedo", *albedo)?;
                 all::<Share>("fuzz", &[*fuzz])
             }
+            Self::Interface(_) => Ok(()),
             Self::Dielectric(Dielectric { ior }) => all::<Ior>("ior", &[*ior]),
             Self::RoughDielectric(RoughDielectric { ior, roughness, .. }) => {
                 all::<Ior>("ior", &[*ior])?;
@@ -360,6 +383,10 @@ impl Surface {
                 record.kind = bsdf::LAMBERTIAN;
                 record.albedo = lambertian.albedo.as_vec3();
                 record.albedo_texture = texture(&lambertian.texture)?;
+            }
+            Self::Interface(_) => {
+                record.kind = bsdf::LAMBERTIAN;
+                record.albedo = Vec3::ZERO;
             }
             Self::Metal(Metal { albedo, fuzz }) => {
                 record.kind = bsdf::METAL;
@@ -431,5 +458,5 @@ macro_rules! surfaces {
 
 surfaces! {
     Lambertian: Lambertian, Metal: Metal, Dielectric: Dielectric, RoughDielectric: RoughDielectric,
-    Conductor: Conductor, MetallicRoughness: MetallicRoughness
+    Conductor: Conductor, MetallicRoughness: MetallicRoughness, Interface: Interface
 }

@@ -6,6 +6,7 @@ use super::super::description::{
 use super::*;
 use crate::description::TextureImage;
 use crate::import::ModelOptions;
+use crate::medium::DensityGrid;
 use glam::DAffine3;
 use std::path::Path;
 use std::sync::Arc;
@@ -68,6 +69,12 @@ impl Loader for Files {
     fn panorama(&mut self, path: &Path) -> Result<Arc<Image>, SceneError> {
         self.ask(path)?;
         Ok(Arc::new(Image { width: 1, height: 1, pixels: vec![[1.0; 3]] }))
+    }
+
+    fn density(&mut self, path: &Path) -> Result<Arc<DensityGrid>, SceneError> {
+        self.ask(path)?;
+        let grid = DensityGrid::new([1, 1, 1], vec![2.0]);
+        Ok(Arc::new(grid.unwrap_or_else(|error| panic!("{error}"))))
     }
 
     fn texture(&mut self, path: &Path, linear: bool) -> Result<Arc<TextureImage>, SceneError> {

@@ -251,6 +251,7 @@ fn read(
         alpha,
         normal_texture,
         normal_scale,
+        medium: None,
         is_unlit: false,
     };
     if extensions.is_some_and(|extensions| extensions.unlit.is_some()) {

@@ -66,6 +66,13 @@ impl<T> Default for Layers<T> {
 }
 
 impl<T> Layers<T> {
+    /// Returns whether the layers bound a solid that absorbs light.
+    pub(super) fn absorbs(&self) -> bool {
+        let absorbs =
+            |volume: &Volume| volume.attenuation_distance.is_some() && volume.attenuation_color != DVec3::ONE;
+        self.volume.as_ref().is_some_and(absorbs)
+    }
+
     /// Returns whether there is no layer.
     pub fn is_empty(&self) -> bool {
         let Self { coat, sheen, specular, anisotropy, iridescence, diffuse_transmission, volume, .. } = self;
