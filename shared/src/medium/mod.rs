@@ -149,7 +149,9 @@ impl Hero {
 #[inline(always)]
 fn relative_pdf(extinction: f32, of_hero: f32, depth: f32, collisions: f32) -> f32 {
     let power = (of_hero - extinction) * min(LOG2_E * depth, 1e30);
-    let of_collisions = (log2(extinction) - log2(of_hero)) * collisions;
+    // The logarithm of the ratio, so that its rounding does not depend on the scene's scale.
+    let ratio = if of_hero > 0.0 { extinction * (1.0 / of_hero) } else { 1.0 };
+    let of_collisions = log2(ratio) * collisions;
     if extinction <= 0.0 && collisions > 0.0 { 0.0 } else { exp2(power + of_collisions) }
 }
 

@@ -235,16 +235,7 @@ impl Path {
                     }
                 }
                 self.scatter(features, params, &vertex, &normals, &scatter, random.w);
-                if scatter.transmitted && is_pane(features, &vertex.material) {
-                    // Light sampling from the vertex before finds what lies behind, too.
-                    self.skipped_distance += hit.distance;
-                } else {
-                    (self.pdf, self.vertex_primitive) = (scatter.pdf, hit.primitive);
-                    self.skipped_distance = 0.0;
-                    if features.has::<LIGHT_TREE>() {
-                        self.vertex_normal = bsdf.reflecting_normal(features);
-                    }
-                }
+                self.keep_reference(features, &vertex, &scatter, &bsdf);
                 if is_layered(features, vertex.material.kind)
                     && scatter.transmitted
                     && vertex.layers.flags & SOLID != 0
@@ -263,6 +254,28 @@ impl Path {
             }
         }
         ended
+    }
+
+    /// Keeps what weights a light that the path hits next: the vertex, as light sampling sees it,
+    /// and the pdf of the direction.
+    #[inline(always)]
+    fn keep_reference<const POSSIBLE: Features>(
+        &mut self,
+        features: FeatureSet<POSSIBLE>,
+        vertex: &Vertex,
+        scatter: &BsdfSample,
+        bsdf: &Bsdf,
+    ) {
+        if scatter.transmitted && is_pane(features, &vertex.material) {
+            // Light sampling from the vertex before finds what lies behind, too.
+            self.skipped_distance += vertex.hit.distance;
+        } else {
+            (self.pdf, self.vertex_primitive) = (scatter.pdf, vertex.hit.primitive);
+            self.skipped_distance = 0.0;
+            if features.has::<LIGHT_TREE>() {
+                self.vertex_normal = bsdf.reflecting_normal(features);
+            }
+        }
     }
 
     /// Returns the BSDF at `vertex`, seen along the path's ray.

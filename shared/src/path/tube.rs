@@ -11,9 +11,10 @@ use crate::fresnel;
 use crate::light::glass::Piece;
 use crate::light::{DIRECTIONAL, Light};
 use crate::material::{BLENDED, MASKED};
-use crate::math::{basis, max, max_component, min, normalize, sqrt};
+use crate::math::{basis, max_component, min, normalize, sqrt};
 use crate::medium::MediumStack;
 use crate::params::RenderParams;
+use crate::ray::Ray;
 use crate::scene::Scene;
 use crate::sphere::MISS;
 use crate::traversal::closest_hit;
@@ -60,6 +61,149 @@ impl Arrival {
     };
 }
 
+/// Tube of light on its way. (Vectors begin rows of 16 bytes: naga lays records out so.)
+#[repr(C, align(16))]
+#[derive(Clone, Copy)]
+struct Tube {
+    ray: Ray,
+    /// Derivatives of the ray's origin and direction by both coordinates of the first direction.
+    origin_u: Vec3,
+    /// Number of surfaces that bent the tube.
+    bends: u32,
+    origin_v: Vec3,
+    /// Number of segments.
+    segments: u32,
+    along_u: Vec3,
+    /// Number of surfaces that let it pass straight.
+    passes: u32,
+    along_v: Vec3,
+    media: MediumStack,
+    /// Part of the light by channel that has passed.
+    passed: Vec3,
+}
+
+impl Tube {
+    /// Moves the origin's derivatives by a distance along the ray.
+    #[inline(always)]
+    fn travel(&mut self, distance: f32) {
+        self.origin_u += self.along_u * distance;
+        self.origin_v += self.along_v * distance;
+    }
+
+    /// Refracts the tube at a surface of smooth glass, or reflects it totally. Returns whether it
+    /// goes on.
+    ///
+    /// # Safety
+    ///
+    /// As [`follow`].
+    #[inline(always)]
+    #[allow(unsafe_code, reason = "see buffer")]
+    unsafe fn bend<const POSSIBLE: Features>(
+        &mut self,
+        features: FeatureSet<POSSIBLE>,
+        params: &RenderParams,
+        scene: Scene,
+        at: &Vertex,
+    ) -> bool {
+        let (front, incoming) = (at.is_front(), self.ray.direction);
+        let normals = at.facing_normals(features, params, front);
+        let (n, cos) = (normals.of_bsdf.shading, -incoming.dot(normals.of_bsdf.shading));
+        let eta = if front { 1.0 / at.material.ior } else { at.material.ior };
+        let cos2 = fresnel::refracted_cos2(cos, eta);
+        // The ray becomes `scale` times itself plus `bend` times the normal; `slope` is the
+        // derivative of `bend` by the cosine.
+        let (mut scale, mut bend, mut slope) = (1.0, 2.0 * cos, 2.0);
+        let is_total = cos2 <= 0.0;
+        if !is_total {
+            let refracted = sqrt(cos2);
+            let reflectance = if features.has::<SCHLICK>() {
+                fresnel::schlick(cos, eta)
+            } else {
+                fresnel::dielectric(cos, refracted, eta)
+            };
+            self.passed *= 1.0 - reflectance;
+            (scale, bend) = (eta, eta * cos - refracted);
+            slope = eta - eta * eta * cos * (1.0 / refracted);
+        }
+        // SAFETY: a primitive was hit; the caller's promise.
+        let curvature = unsafe { Curvature::at(features, params, scene, at.hit, &at.surface) };
+        // Positions on the tangent plane, then directions.
+        let across = 1.0 / incoming.dot(normals.geometric);
+        self.travel(at.hit.distance);
+        self.origin_u -= incoming * (self.origin_u.dot(normals.geometric) * across);
+        self.origin_v -= incoming * (self.origin_v.dot(normals.geometric) * across);
+        let mixed = at.surface.interpolated_normal;
+        let normal_u = curvature.change(self.origin_u, n, mixed, front);
+        let normal_v = curvature.change(self.origin_v, n, mixed, front);
+        let cos_u = -self.along_u.dot(n) - incoming.dot(normal_u);
+        let cos_v = -self.along_v.dot(n) - incoming.dot(normal_v);
+        self.along_u = self.along_u * scale + n * (slope * cos_u) + normal_u * bend;
+        self.along_v = self.along_v * scale + n * (slope * cos_v) + normal_v * bend;
+        let direction = normalize(incoming * scale + n * bend);
+        self.ray = at.leave(features, direction, front != is_total);
+        if features.has::<MEDIA>() && !is_total {
+            self.media = self.media.cross(at.material.medium, front);
+        }
+        self.bends += 1;
+        self.segments += 1;
+        cos > 0.0 && (direction.dot(normals.geometric) > 0.0) == is_total
+    }
+
+    /// Passes a surface straight, unless no light is left. Returns whether it goes on.
+    #[inline(always)]
+    fn pass<const POSSIBLE: Features>(
+        &mut self,
+        features: FeatureSet<POSSIBLE>,
+        params: &RenderParams,
+        at: &Vertex,
+        max_segments: u32,
+    ) -> bool {
+        let opacity = at.opacity(features);
+        let mut through = Vec3::splat(1.0 - opacity);
+        if features.has::<PANES>() && is_pane(features, &at.material) {
+            self.segments += 1;
+            if self.segments <= max_segments {
+                through += at.straight_transmittance(features, params) * opacity;
+            }
+        }
+        self.passed *= through;
+        self.passes += 1;
+        self.travel(at.hit.distance);
+        self.ray = at.pass();
+        if features.has::<MEDIA>() {
+            self.media = self.media.cross(at.material.medium, at.is_front());
+        }
+        max_component(self.passed) > 0.0 && self.passes <= MAX_PASSES
+    }
+
+    /// Returns the arrival of a tube that started along `direction`, after `rays`. A light with a
+    /// position is closest at the distance `reach`.
+    #[inline(always)]
+    fn arrive(&self, light: &Light, direction: Vec3, reach: f32, rays: u32) -> Arrival {
+        let (u, v) = basis(direction);
+        let Self { ray, passed, along_u, along_v, .. } = *self;
+        let (x, y) = basis(ray.direction);
+        let (mut miss, mut by_u, mut by_v) = (light.position - ray.direction, along_u, along_v);
+        if light.kind != DIRECTIONAL {
+            miss = light.position - ray.origin - ray.direction * reach;
+            (by_u, by_v) = (self.origin_u + along_u * reach, self.origin_v + along_v * reach);
+        }
+        let (ux, uy, vx, vy) = (by_u.dot(x), by_u.dot(y), by_v.dot(x), by_v.dot(y));
+        let (mx, my) = (miss.dot(x), miss.dot(y));
+        let determinant = ux * vy - vx * uy;
+        let step = u * (mx * vy - my * vx) + v * (my * ux - mx * uy);
+        Arrival {
+            passed,
+            rays,
+            direction: ray.direction,
+            miss2: miss.dot(miss),
+            step: step * (1.0 / determinant),
+            spread: determinant.abs(),
+            arrived: determinant.abs() > f32::MIN_POSITIVE,
+        }
+    }
+}
+
 /// Follows a tube from a vertex towards the light, along `direction`. The glass `piece` must be the
 /// first that bends it, unless `any_piece`.
 ///
@@ -80,18 +224,26 @@ pub(super) unsafe fn follow<const POSSIBLE: Features>(
     any_piece: bool,
     max_segments: u32,
 ) -> Arrival {
-    let (u, v) = basis(direction);
     let inside = direction.dot(from.surface.normal) < 0.0;
-    let mut ray = from.leave(features, direction, inside);
-    let (mut origin_u, mut origin_v, mut along_u, mut along_v) = (Vec3::ZERO, Vec3::ZERO, u, v);
-    let (mut passed, mut rays, mut passes) = (Vec3::ONE, 0, 0);
-    let (mut bends, mut segments) = (0, 1);
-    let (mut reach, mut arrived, mut going) = (MISS, false, true);
-    let mut media = MediumStack::EMPTY;
+    let (along_u, along_v) = basis(direction);
+    let mut tube = Tube {
+        ray: from.leave(features, direction, inside),
+        origin_u: Vec3::ZERO,
+        bends: 0,
+        origin_v: Vec3::ZERO,
+        segments: 1,
+        along_u,
+        passes: 0,
+        along_v,
+        media: MediumStack::EMPTY,
+        passed: Vec3::ONE,
+    };
     if features.has::<MEDIA>() {
-        media = path.media_behind(from, from.is_front(), inside);
+        tube.media = path.media_behind(from, from.is_front(), inside);
     }
+    let (mut rays, mut reach, mut arrived, mut going) = (0, MISS, false, true);
     while going {
+        let ray = tube.ray;
         // SAFETY: the caller's promise.
         let hit = unsafe { closest_hit(features, params, scene, ray, RayQuery::CLOSEST) };
         rays += 1;
@@ -101,100 +253,29 @@ pub(super) unsafe fn follow<const POSSIBLE: Features>(
         }
         if features.has::<MEDIA>() {
             let block = blocks::refracted(path.segment, FIRST_FLIGHT | rays & 0x1f);
+            let distance = min(hit.distance, reach);
             // SAFETY: the caller's promise.
-            passed *= unsafe {
-                path.transmittance(features, params, scene, media, ray, min(hit.distance, reach), block)
-            };
+            tube.passed *=
+                unsafe { path.transmittance(features, params, scene, tube.media, ray, distance, block) };
         }
         if hit.primitive == NO_PRIMITIVE || hit.distance >= reach {
-            arrived = bends > 0 && reach > 0.0;
+            arrived = tube.bends > 0 && reach > 0.0;
         } else {
             // SAFETY: a primitive was hit; the caller's promise.
             let at = unsafe { Vertex::at(features, params, scene, ray, hit, slots::PASSING) };
-            let is_part = any_piece || bends > 0 || piece.has(hit.named(features, params));
+            let is_part = any_piece || tube.bends > 0 || piece.has(hit.named(features, params));
             let has_hole = features.has::<HOLES>() && at.material.flags & (MASKED | BLENDED) != 0;
-            if at.material.kind == DIELECTRIC && !has_hole {
-                let front = at.is_front();
-                let normals = at.facing_normals(features, params, front);
-                let (n, cos) = (normals.of_bsdf.shading, -ray.direction.dot(normals.of_bsdf.shading));
-                let eta = if front { 1.0 / at.material.ior } else { at.material.ior };
-                let cos2 = fresnel::refracted_cos2(cos, eta);
-                let is_total = cos2 <= 0.0;
-                if is_part && cos > 0.0 && bends < MAX_BENDS && segments < max_segments {
-                    let refracted = sqrt(max(cos2, 0.0));
-                    let reflectance = if features.has::<SCHLICK>() {
-                        fresnel::schlick(cos, eta)
-                    } else {
-                        fresnel::dielectric(cos, refracted, eta)
-                    };
-                    passed *= if is_total { 1.0 } else { 1.0 - reflectance };
-                    // SAFETY: as above.
-                    let curvature = unsafe { Curvature::at(features, params, scene, hit, &at.surface) };
-                    // The ray becomes `scale` times itself plus `bend` times the normal.
-                    let (mut scale, mut bend, mut slope) = (1.0, 2.0 * cos, 2.0);
-                    if !is_total {
-                        (scale, bend) = (eta, eta * cos - refracted);
-                        slope = eta - eta * eta * cos * (1.0 / refracted);
-                    }
-                    // Positions on the tangent plane, then directions.
-                    let across = 1.0 / ray.direction.dot(normals.geometric);
-                    origin_u += along_u * hit.distance;
-                    origin_v += along_v * hit.distance;
-                    origin_u -= ray.direction * (origin_u.dot(normals.geometric) * across);
-                    origin_v -= ray.direction * (origin_v.dot(normals.geometric) * across);
-                    let mixed = at.surface.interpolated_normal;
-                    let normal_u = curvature.change(origin_u, n, mixed, front);
-                    let normal_v = curvature.change(origin_v, n, mixed, front);
-                    let cos_u = -along_u.dot(n) - ray.direction.dot(normal_u);
-                    let cos_v = -along_v.dot(n) - ray.direction.dot(normal_v);
-                    along_u = along_u * scale + n * (slope * cos_u) + normal_u * bend;
-                    along_v = along_v * scale + n * (slope * cos_v) + normal_v * bend;
-                    let direction = normalize(ray.direction * scale + n * bend);
-                    going = (direction.dot(normals.geometric) > 0.0) == is_total;
-                    ray = at.leave(features, direction, front != is_total);
-                    if features.has::<MEDIA>() && !is_total {
-                        media = media.cross(at.material.medium, front);
-                    }
-                    bends += 1;
-                    segments += 1;
-                }
-            } else {
-                let opacity = at.opacity(features);
-                let mut through = Vec3::splat(1.0 - opacity);
-                if features.has::<PANES>() && is_pane(features, &at.material) {
-                    segments += 1;
-                    if segments <= max_segments {
-                        through += at.straight_transmittance(features, params) * opacity;
-                    }
-                }
-                passed *= through;
-                passes += 1;
-                origin_u += along_u * hit.distance;
-                origin_v += along_v * hit.distance;
-                going = max_component(passed) > 0.0 && passes <= MAX_PASSES;
-                ray = at.pass();
-                if features.has::<MEDIA>() {
-                    media = media.cross(at.material.medium, at.is_front());
-                }
+            if at.material.kind != DIELECTRIC || has_hole {
+                going = tube.pass(features, params, &at, max_segments);
+            } else if is_part && tube.bends < MAX_BENDS && tube.segments < max_segments {
+                // SAFETY: the caller's promise.
+                going = unsafe { tube.bend(features, params, scene, &at) };
             }
         }
     }
-    let mut arrival = Arrival { passed, rays, direction: ray.direction, arrived, ..Arrival::NONE };
+    let mut arrival = Arrival { rays, ..Arrival::NONE };
     if arrived {
-        let (x, y) = basis(ray.direction);
-        let (mut miss, mut by_u, mut by_v) = (light.position - ray.direction, along_u, along_v);
-        if light.kind != DIRECTIONAL {
-            miss = light.position - ray.origin - ray.direction * reach;
-            (by_u, by_v) = (origin_u + along_u * reach, origin_v + along_v * reach);
-        }
-        let (ux, uy, vx, vy) = (by_u.dot(x), by_u.dot(y), by_v.dot(x), by_v.dot(y));
-        let (mx, my) = (miss.dot(x), miss.dot(y));
-        let determinant = ux * vy - vx * uy;
-        arrival.miss2 = miss.dot(miss);
-        arrival.spread = determinant.abs();
-        arrival.arrived = arrival.spread > f32::MIN_POSITIVE;
-        let inverse = 1.0 / determinant;
-        arrival.step = (u * (mx * vy - my * vx) + v * (my * ux - mx * uy)) * inverse;
+        arrival = tube.arrive(light, direction, reach, rays);
     }
     arrival
 }

@@ -11,7 +11,7 @@ use trisect_shared::planar::DISC;
 /// Maximum radius of a ball, so that its square is a number of 32 bits.
 const MAX_RADIUS: f64 = 1e15;
 
-/// Consecutive primitives of one object.
+/// Run of consecutive primitives of one object.
 struct Run {
     first: u32,
     count: u32,

@@ -81,15 +81,7 @@ impl Lights {
         let area_count = lights.len() as u32;
         let radius = radius(scene);
         for light in &scene.lights {
-            let strength = f64::from(luminance(light.intensity));
-            let power = if light.kind == DIRECTIONAL {
-                strength * PI * radius * radius
-            } else if light.cone_scale > 0.0 {
-                // 2π (1 - cos) is the solid angle of a cone with the outer half angle.
-                strength * 2.0 * PI * (1.0 + f64::from(light.cone_offset / light.cone_scale))
-            } else {
-                strength * 4.0 * PI
-            };
+            let power = power(light, radius);
             if power > 0.0 {
                 lights.push(*light);
                 powers.push(power);
@@ -152,6 +144,19 @@ impl Lights {
             first_medium,
             environment_probability,
         }
+    }
+}
+
+/// Returns the power that a point, spot or directional light sends into a scene of this radius.
+fn power(light: &Light, radius: f64) -> f64 {
+    let strength = f64::from(luminance(light.intensity));
+    if light.kind == DIRECTIONAL {
+        strength * PI * radius * radius
+    } else if light.cone_scale > 0.0 {
+        // 2π (1 - cos) is the solid angle of a cone with the outer half angle.
+        strength * 2.0 * PI * (1.0 + f64::from(light.cone_offset / light.cone_scale))
+    } else {
+        strength * 4.0 * PI
     }
 }
 
