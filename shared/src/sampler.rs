@@ -36,7 +36,7 @@ pub fn words<const POSSIBLE: Features>(features: FeatureSet<POSSIBLE>, key: Path
 }
 
 /// Returns the number by which the sampler of the kernel knows pixel (`x`, `y`) of an image `width`
-/// pixels wide: the row-major index for independent words, else the [`screen_code`].
+/// pixels wide: the row-major index for independent words, else the `screen_code`.
 #[inline(always)]
 pub fn pixel_number<const POSSIBLE: Features>(
     features: FeatureSet<POSSIBLE>,
