@@ -217,9 +217,11 @@ pub(super) unsafe fn walk(
             let words = pcg4d(words);
             remaining = exponential(words.x);
             // SAFETY: the caller's promise.
-            let real = unsafe { density(scene, medium, origin + direction * t) } * (1.0 / majorant);
+            let dense = unsafe { density(scene, medium, origin + direction * t) };
+            let inverse = 1.0 / majorant;
+            let real = dense * inverse;
             if only_transmits {
-                walk.transmittance *= max(1.0 - real, 0.0);
+                walk.transmittance *= max(majorant - dense, 0.0) * inverse;
                 if walk.transmittance < ROULETTE_BELOW {
                     walk.transmittance *= if words.z & 1 == 0 { 2.0 } else { 0.0 };
                     walks = walk.transmittance > 0.0;
