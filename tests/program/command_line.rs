@@ -77,7 +77,9 @@ fn stats_say_what_was_done() {
     assert_eq!(json["device"]["backend"], "cpu");
     assert!(json["device"]["details"].as_str().is_some_and(|details| details.starts_with("2 threads, ")));
     assert!(json["kernel"].as_str().is_some_and(|kernel| kernel.starts_with("render")));
-    assert!(json["features"].as_str().is_some_and(|features| features.starts_with("roulette,spheres,")));
+    assert!(
+        json["features"].as_str().is_some_and(|features| features.starts_with("sobol,roulette,spheres,"))
+    );
     // Only the width is given: the height follows from the scene's aspect ratio.
     assert_eq!((&json["settings"]["width"], &json["settings"]["height"]), (&32.into(), &18.into()));
     assert_eq!(json["samples"], 32 * 18 * 3);
