@@ -15,7 +15,7 @@ const MAX_RADIUS: f64 = 1e15;
 struct Run {
     first: u32,
     count: u32,
-    /// What primitives of one run have in common: material and object.
+    /// Material and object, which the primitives of one run have in common.
     of: (u32, u32),
     low: DVec3,
     high: DVec3,
