@@ -7,7 +7,7 @@
 mod area;
 mod directional;
 pub mod glass;
-mod point;
+pub(crate) mod point;
 pub mod tree;
 
 use crate::buffer::load;

@@ -4,6 +4,7 @@
 #![warn(clippy::too_many_lines)]
 
 mod blocks;
+mod connect;
 mod first_hit;
 mod medium;
 mod nee;
@@ -16,9 +17,7 @@ mod vertex;
 
 pub use first_hit::{FirstHit, first_hit};
 pub use persistent::render_persistent;
-pub use refracted::MAX_TRIALS;
 pub use render::render_pixel;
-pub use tube::MAX_BENDS;
 
 use crate::bvh::{NO_PRIMITIVE, RayQuery};
 use crate::features::{FeatureSet, Features, HOLES, NEE, PANES};

@@ -17,16 +17,16 @@ use crate::bsdf::Bsdf;
 use crate::buffer::load;
 use crate::features::{FeatureSet, Features};
 use crate::light::glass::{self, Piece};
-use crate::light::{DIRECTIONAL, Light};
-use crate::math::{max, max_component, min, mul_high, normalize, sqrt};
+use crate::light::{DIRECTIONAL, Light, point};
+use crate::math::{max_component, min, mul_high, normalize, sqrt};
 use crate::params::RenderParams;
 use crate::scene::Scene;
 use crate::sphere::MISS;
 use glam::Vec3;
 
-/// Maximum number of walks that are made to find the path of the first one again. Light on paths
-/// that fewer walks find is too dark.
-pub const MAX_TRIALS: u32 = 64;
+/// Maximum number of walks that are made to find the path of the first random one again. Light on
+/// paths that fewer walks find is too dark.
+const MAX_TRIALS: u32 = 64;
 
 /// Maximum number of tubes that a walk follows.
 const MAX_STEPS: u32 = 24;
@@ -41,7 +41,7 @@ const MAX_STEP: f32 = 0.5;
 /// Step at which a walk has ended, relative to that sine.
 const TOLERANCE: f32 = 1e-4;
 
-/// Sine above which steps are not allowed to be longer at the end of a walk.
+/// Greatest sine that the tolerance is relative to.
 const MAX_SINE: f32 = 0.1;
 
 /// Distance of directions that count as the same, relative to that sine.
@@ -114,9 +114,7 @@ unsafe fn walk<const POSSIBLE: Features>(
 fn strength(light: &Light, arrival: &Arrival) -> Vec3 {
     let mut intensity = light.intensity;
     if light.kind != DIRECTIONAL {
-        let cos = arrival.direction.dot(light.axis);
-        let cone = min(max(light.cone_offset - cos * light.cone_scale, 0.0), 1.0);
-        intensity *= cone * cone;
+        intensity *= point::falloff(light, arrival.direction);
     }
     intensity * (1.0 / arrival.spread)
 }
@@ -139,7 +137,7 @@ impl Path {
         front: bool,
     ) {
         let max_segments = params.max_depth - self.segment;
-        if params.glass_count == 0 || max_segments < 2 || !bsdf.has_non_delta_lobe(features) {
+        if max_segments < 2 || !bsdf.has_non_delta_lobe(features) {
             return;
         }
         let random = self.key.words(blocks::refracted(self.segment, 0));

@@ -21,7 +21,7 @@ use crate::traversal::closest_hit;
 use glam::Vec3;
 
 /// Maximum number of surfaces that refract a connection, or reflect it totally.
-pub const MAX_BENDS: u32 = 4;
+const MAX_BENDS: u32 = 4;
 
 /// Number of the first [block](blocks::refracted) for flights through media, after those of walks.
 const FIRST_FLIGHT: u32 = 0x60;

@@ -2,12 +2,12 @@
 //! homogeneous medium and in a grid.
 
 use crate::chart::{CELLS, Chart};
+use crate::materials::NO_SCENE;
 use crate::statistics::{Mean, SLOW, chi_square, samples, sidak, words};
 use glam::{Vec3, Vec4};
 use trisect_shared::medium::{CELL, COLLIDES, Flight, HAS_GRID, Medium, fly};
 use trisect_shared::medium::{phase_function, sample_phase_function};
 use trisect_shared::ray::{OriginPrimitive, Ray};
-use trisect_shared::records::wide::WideTree;
 use trisect_shared::scene::Scene;
 use trisect_shared::texture::Texel;
 
@@ -145,19 +145,7 @@ fn medium(extinction: Vec3, has_grid: bool) -> Medium {
 /// Flies `distance` along x, or back, and returns what happens.
 fn flight(medium: &Medium, distance: f32, carries: Vec3, only: bool, stream: u32, i: u32) -> Flight {
     let texels = texels();
-    let scene = Scene {
-        spheres: &[],
-        nodes: &[],
-        materials: &[],
-        planars: &[],
-        triangles: &[],
-        vertices: &[],
-        lights: &[],
-        textures: &[],
-        texels: &texels,
-        environment: &[],
-        wide: WideTree::NONE,
-    };
+    let scene = Scene { texels: &texels, ..NO_SCENE };
     let ray = Ray::in_world(Vec3::new(-1.0, 0.5, 0.5), Vec3::X, OriginPrimitive::NONE);
     // SAFETY: the medium's texels are those of the scene.
     unsafe { fly(scene, medium, ray, distance, carries, only, words(stream, i)) }

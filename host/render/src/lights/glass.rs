@@ -1,12 +1,12 @@
 //! Pieces of smooth glass through which lights without extent may shine.
 
+use super::members::{bounds_of, bounds_of_flat};
 use glam::{DVec3, Vec3};
 use trisect_scene::Scene;
 use trisect_shared::bsdf::DIELECTRIC;
 use trisect_shared::light::Light;
 use trisect_shared::light::glass::GLASS;
 use trisect_shared::material::{BLENDED, MASKED, Material};
-use trisect_shared::planar::DISC;
 
 /// Maximum radius of a ball, so that its square is a number of 32 bits.
 const MAX_RADIUS: f64 = 1e15;
@@ -45,28 +45,20 @@ pub(super) fn pieces(scene: &Scene) -> Vec<Light> {
     let first_flat = scene.spheres.len();
     for (number, flat) in (first_flat..).zip(&scene.flats) {
         if is_glass(flat.material) {
-            let [origin, u, v] = [flat.origin, flat.edge_u, flat.edge_v].map(Vec3::as_dvec3);
-            let around = if flat.kind == DISC { u.abs() + v.abs() } else { DVec3::ZERO };
-            let far = origin + if flat.kind == DISC { DVec3::ZERO } else { u + v };
-            let (low, high) = (origin.min(far), origin.max(far));
-            let (low, high) = if flat.kind == DISC {
-                (low - around, high + around)
-            } else {
-                (low.min(origin + u).min(origin + v), high.max(origin + u).max(origin + v))
-            };
+            let (low, high) = bounds_of_flat(flat);
             add(number, (flat.material, u32::MAX), low, high);
         }
     }
     for (number, triangle) in (first_flat + scene.flats.len()..).zip(scene.triangles.iter()) {
         let vertex = &scene.vertices[triangle.vertex_a as usize];
         if is_glass(vertex.material) {
-            let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(Vec3::as_dvec3);
-            add(number, (vertex.material, vertex.instance), a.min(b).min(c), a.max(b).max(c));
+            let (low, high) = bounds_of(&[triangle.a, triangle.b, triangle.c].map(Vec3::as_dvec3));
+            add(number, (vertex.material, vertex.instance), low, high);
         }
     }
     let of_run = |run: Run| {
-        let radius = (0.5 * (run.high - run.low).length()).min(MAX_RADIUS);
-        record(run.first, run.count, (0.5 * (run.low + run.high)).as_vec3(), radius as f32)
+        let (center, radius) = ball((run.low, run.high));
+        record(run.first, run.count, center, radius)
     };
     pieces.extend(runs.into_iter().map(of_run));
     let starts = scene.shared.starts();
@@ -76,18 +68,23 @@ pub(super) fn pieces(scene: &Scene) -> Vec<Light> {
         let start = starts.get(instance.mesh as usize);
         let triangle = start.and_then(|&start| scene.shared.triangles.get(start));
         if triangle.is_some_and(|triangle| is_glass(scene.vertices[triangle.vertex_a as usize].material)) {
-            let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-            scene.shared.corners(instance).for_each(|at| (low, high) = (low.min(at), high.max(at)));
-            let radius = (0.5 * (high - low).length()).min(MAX_RADIUS);
-            pieces.push(record(number, 1, (0.5 * (low + high)).as_vec3(), radius as f32));
+            let corners: Vec<DVec3> = scene.shared.corners(instance).collect();
+            let (center, radius) = ball(bounds_of(&corners));
+            pieces.push(record(number, 1, center, radius));
         }
     }
     pieces
 }
 
 /// Returns whether light is refracted by surfaces of the material, and not scattered.
-pub(crate) fn is_smooth_glass(material: &Material) -> bool {
+fn is_smooth_glass(material: &Material) -> bool {
     material.kind == DIELECTRIC && material.flags & (MASKED | BLENDED) == 0
+}
+
+/// Returns middle and radius of the ball around a box.
+fn ball((low, high): (DVec3, DVec3)) -> (Vec3, f32) {
+    let radius = (0.5 * (high - low).length()).min(MAX_RADIUS);
+    ((0.5 * (low + high)).as_vec3(), radius as f32)
 }
 
 /// Returns the record of a piece in a ball.

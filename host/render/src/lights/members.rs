@@ -8,7 +8,7 @@ use trisect_scene::Scene;
 use trisect_shared::light::{AREA, DIRECTIONAL, Light};
 use trisect_shared::material::{EMITS_BOTH_SIDES, Material};
 use trisect_shared::math::luminance;
-use trisect_shared::planar::DISC;
+use trisect_shared::planar::{DISC, Planar};
 
 /// Returns the lights of `scene`, whose records are `lights`, with their bounds.
 pub(super) fn of(scene: &Scene, lights: &[Light]) -> Vec<Member> {
@@ -46,13 +46,7 @@ fn of_primitive(scene: &Scene, primitive: u32) -> Bounds {
         return Bounds { low: center - radius, high: center + radius, cone: Cone::ALL, end: 0.0, strength };
     }
     if let Some(flat) = index.checked_sub(spheres).and_then(|index| scene.flats.get(index)) {
-        let [origin, u, v] = [flat.origin, flat.edge_u, flat.edge_v].map(Vec3::as_dvec3);
-        let (low, high) = if flat.kind == DISC {
-            let half = (u * u + v * v).map(f64::sqrt);
-            (origin - half, origin + half)
-        } else {
-            bounds_of(&[origin, origin + u, origin + v, origin + u + v])
-        };
+        let (low, high) = bounds_of_flat(flat);
         let normal = flat.normal.as_dvec3();
         return of_surface(scene, flat.material, (low, high), normal, f64::from(flat.area));
     }
@@ -74,7 +68,19 @@ fn of_surface(scene: &Scene, material: u32, (low, high): (DVec3, DVec3), normal:
     Bounds { low, high, cone, end: FRAC_PI_2, strength: f64::from(material.light_pdf) * area }
 }
 
-fn bounds_of(corners: &[DVec3]) -> (DVec3, DVec3) {
+/// Returns the corners of the box around a quad or disc.
+pub(super) fn bounds_of_flat(flat: &Planar) -> (DVec3, DVec3) {
+    let [origin, u, v] = [flat.origin, flat.edge_u, flat.edge_v].map(Vec3::as_dvec3);
+    if flat.kind == DISC {
+        let half = (u * u + v * v).map(f64::sqrt);
+        (origin - half, origin + half)
+    } else {
+        bounds_of(&[origin, origin + u, origin + v, origin + u + v])
+    }
+}
+
+/// Returns the corners of the box around points.
+pub(super) fn bounds_of(corners: &[DVec3]) -> (DVec3, DVec3) {
     let (low, high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     corners.iter().fold((low, high), |(low, high), corner| (low.min(*corner), high.max(*corner)))
 }

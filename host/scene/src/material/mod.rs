@@ -2,6 +2,7 @@
 
 pub mod layers;
 mod read;
+mod record;
 pub mod surface;
 
 pub(crate) use read::Written;
