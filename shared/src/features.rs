@@ -29,8 +29,8 @@ pub const SOBOL: Features = 1 << 1;
 /// Writing of [`AovSums`](crate::aovs::AovSums) at the camera ray's first hit.
 pub const AOVS: Features = 1 << 2;
 
-/// Russian roulette: a path survives with the largest component of its throughput, at most 1, as
-/// probability, from the segment on that the launch parameters name.
+/// Russian roulette: a path survives with 3 times the largest component of its throughput, at most
+/// 1, as probability, from the segment on that the launch parameters name.
 pub const ROULETTE: Features = 1 << 3;
 /// Spheres.
 pub const SPHERES: Features = 1 << 4;

@@ -8,11 +8,9 @@ use crate::aovs::{self, AovSums, SurfaceAovs};
 use crate::bsdf::BsdfEval;
 use crate::buffer::SharedSlice;
 use crate::bvh::NO_PRIMITIVE;
-use crate::features::{
-    AOVS, EMITTERS, ENVIRONMENT, FeatureSet, Features, LIGHT_TREE, MEDIA, NEE, PUNCTUAL, ROULETTE,
-};
+use crate::features::{AOVS, EMITTERS, ENVIRONMENT, FeatureSet, Features, LIGHT_TREE, MEDIA, NEE, PUNCTUAL};
 use crate::light::{self, ReferencePoint};
-use crate::math::{max, max_component, min, unit_f32};
+use crate::math::{max, max_component, min};
 use crate::medium::{COLLIDES, Medium, MediumStack, fly, load_medium, phase_function, sample_phase_function};
 use crate::params::RenderParams;
 use crate::ray::{OriginPrimitive, Ray};
@@ -154,11 +152,7 @@ impl Path {
                 self.vertex_normal = Vec3::ZERO;
             }
             self.continues = max_component(self.throughput) > 0.0;
-            if features.has::<ROULETTE>() && self.segment >= params.roulette_from {
-                let probability = min(max_component(self.throughput), 1.0);
-                self.continues &= unit_f32(random.w) < probability;
-                self.throughput *= 1.0 / probability;
-            }
+            self.play_roulette(features, params, random.w);
             self.continuation = Ray::in_world(point, direction, OriginPrimitive::NONE);
             self.continuation_media = self.media;
             ended = !self.continues && !self.shadow;

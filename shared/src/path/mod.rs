@@ -11,6 +11,7 @@ mod nee;
 mod persistent;
 mod refracted;
 mod render;
+mod roulette;
 mod shade;
 mod tube;
 mod vertex;

@@ -12,12 +12,12 @@ use crate::bvh::{Hit, NO_PRIMITIVE};
 use crate::environment;
 use crate::features::{
     AOVS, EMITTERS, ENVIRONMENT, FeatureSet, Features, HOLES, LAYERS, LIGHT_TREE, MEDIA, NEE, PANES,
-    REFRACTED_LIGHT, ROULETTE,
+    REFRACTED_LIGHT,
 };
 use crate::layers::SOLID;
 use crate::light::mis_weight;
 use crate::material::{BLENDED, MASKED};
-use crate::math::{max, max_component, min, unit_f32};
+use crate::math::{max, max_component, unit_f32};
 use crate::medium::transmittance;
 use crate::params::{FLAG_HIDDEN_SKY, RenderParams};
 use crate::sampler::words;
@@ -314,10 +314,6 @@ impl Path {
         if features.has::<NEE>() {
             self.continues &= max_component(self.throughput) > 0.0;
         }
-        if features.has::<ROULETTE>() && self.segment >= params.roulette_from {
-            let probability = min(max_component(self.throughput), 1.0);
-            self.continues &= unit_f32(survival) < probability;
-            self.throughput *= 1.0 / probability;
-        }
+        self.play_roulette(features, params, survival);
     }
 }

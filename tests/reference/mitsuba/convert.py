@@ -59,7 +59,31 @@ def bsdf(material, custom):
         return result
     if kind == "Emissive":
         return {"type": "diffuse", "reflectance": 0.0}
+    if kind == "Interface":
+        return {"type": "null"}
     raise ValueError(f"no twin for {kind}")
+
+
+def placement(steps):
+    """Returns the matrix of a list of transforms, of which the first applies first."""
+    t = mi.ScalarTransform4f()
+    result = t
+    for kind, values in steps:
+        if kind == "Translate":
+            step = t.translate(values[0])
+        elif kind == "RotateY":
+            step = t.rotate([0, 1, 0], values[0])
+        else:
+            raise ValueError(kind)
+        result = step @ result
+    return result
+
+
+def medium(f):
+    """Returns a homogeneous medium with isotropic scattering."""
+    if set(f) - {"extinction", "albedo"}:
+        raise ValueError(f"a medium with {set(f)}")
+    return {"type": "homogeneous", "sigma_t": rgb(f["extinction"]), "albedo": rgb(f.get("albedo", (0, 0, 0)))}
 
 
 def panorama(image, scale):
@@ -78,7 +102,7 @@ def panorama(image, scale):
     return (result * scale).astype(np.float32)
 
 
-def build(path, custom=None, width=None, height=None, depth=None):
+def build(path, custom=None, width=None, height=None, depth=None, sampler="independent"):
     """Builds the scene. `custom`: None takes Mitsuba's rough metal and glass, "separable" or "correlated" those of bsdf.py."""
     with open(path) as file:
         scene = ron.parse(file.read())
@@ -93,7 +117,7 @@ def build(path, custom=None, width=None, height=None, depth=None):
             "to_world": mi.ScalarTransform4f().look_at(camera["look_from"], camera["look_at"], camera.get("up", [0, 1, 0])),
             "film": {"type": "hdrfilm", "width": width, "height": height, "rfilter": {"type": "box"}, "pixel_format": "rgb",
                      "component_format": "float32", "sample_border": False},
-            "sampler": {"type": "independent"},
+            "sampler": {"type": sampler},
         },
     }
     if camera.get("defocus_angle", 0) != 0:
@@ -131,12 +155,18 @@ def build(path, custom=None, width=None, height=None, depth=None):
         elif kind == "Disc":
             t, s, n = frame(f["normal"])
             shape = {"type": "disk", "to_world": matrix(t * f["radius"], s * f["radius"], n, f["center"])}
+        elif kind == "Box":
+            low, high = np.array(f["min"]), np.array(f["max"])
+            place = placement(f.get("transform", [])).translate(list((low + high) / 2)).scale(list((high - low) / 2))
+            shape = {"type": "cube", "to_world": place}
         elif kind == "Plane":
             t, s, n = frame(f["normal"])
             shape = {"type": "rectangle", "to_world": matrix(t * 1e4, s * 1e4, n, f["point"])}
         else:
             raise ValueError(kind)
         shape["bsdf"] = bsdf(material, custom)
+        if material[0] == "Interface":
+            shape["interior"] = medium(scene["media"][material[1]["medium"]])
         if material[0] == "Emissive":
             if material[1].get("two_sided"):
                 raise ValueError("a light with two sides")

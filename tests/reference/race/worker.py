@@ -1,0 +1,38 @@
+"""What the programs that render for race.py share: their arguments, and images that take a given time."""
+import argparse
+import json
+import sys
+
+import numpy as np
+
+
+def arguments(settings):
+    own = sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else sys.argv[1:]
+    parser = argparse.ArgumentParser()
+    parser.add_argument("scene")
+    parser.add_argument("setting", choices=settings)
+    parser.add_argument("--seconds", type=float, default=5)
+    parser.add_argument("--seeds", type=int, default=2)
+    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--out", required=True)
+    return parser.parse_args(own)
+
+
+def run(args, render):
+    """Finds the number of samples that takes args.seconds, then renders args.seeds images of it.
+
+    `render(spp, seed)` returns the image (height, width, 3; top row first), its samples a pixel, and the seconds that it
+    took. Writes OUT.SEED.npy, and prints a line of JSON for each image.
+    """
+    render(1, 0)
+    spp = 4
+    while True:
+        render(spp, 0)
+        _, _, took = render(spp, 1)
+        if took > 0.8 * args.seconds:
+            break
+        spp = max(spp + 1, int(spp * min(0.95 * args.seconds / max(took, 1e-3), 8)))
+    for seed in range(args.seeds):
+        image, count, seconds = render(spp, 100 + seed)
+        np.save(f"{args.out}.{seed}.npy", image)
+        print(json.dumps({"spp": count, "seconds": seconds}), flush=True)
