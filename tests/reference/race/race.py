@@ -13,7 +13,7 @@ images are from Trisect's reference.
   8 by 8 parts. A program that leaves light out shows here.
 - The scene files are those of scenes/, and those of the folder beside. What the programs do not define alike is replaced:
   fuzzy metals by mirrors, rough ones by diffuse surfaces, Schlick's approximation by Fresnel's equations. In many_lights
-  glass is diffuse, too.
+  glass is diffuse, too, and the smoke of cornell_smoke is half a unit above the floor that it touches.
 """
 import argparse
 import json
