@@ -90,8 +90,8 @@ impl Tube {
         self.origin_v += self.along_v * distance;
     }
 
-    /// Refracts the tube at a surface of smooth glass, or reflects it totally. Returns whether it
-    /// goes on.
+    /// Refracts the tube at a surface of smooth glass, or reflects it totally. Returns false where
+    /// the tube ends.
     ///
     /// # Safety
     ///
@@ -149,7 +149,7 @@ impl Tube {
         cos > 0.0 && (direction.dot(normals.geometric) > 0.0) == is_total
     }
 
-    /// Passes a surface straight, unless no light is left. Returns whether it goes on.
+    /// Passes a surface straight, unless no light is left. Returns false where the tube ends.
     #[inline(always)]
     fn pass<const POSSIBLE: Features>(
         &mut self,
