@@ -69,6 +69,8 @@ pub const MEDIA: Features = 1 << 18;
 pub const PANES: Features = 1 << 19;
 /// With [`NEE`] and [`PUNCTUAL`]: connections to lights without extent through smooth glass.
 pub const REFRACTED_LIGHT: Features = 1 << 20;
+/// With [`NEE`]: connections to the sky through portals.
+pub const PORTALS: Features = 1 << 21;
 
 /// Place of the bit of material kind 0; the bits of the kinds end below 32.
 const FIRST_MATERIAL: u32 = 22;
@@ -139,6 +141,7 @@ pub const NEEDS: Features = ROULETTE
     | LIGHT_TREE
     | REFRACTED_LIGHT
     | PANES
+    | PORTALS
     | ENVIRONMENT
     | MEDIA
     | OF_SURFACES;
@@ -172,7 +175,7 @@ pub const HEAVY: Features = PLANAR | TRIANGLES | EMITTERS | NEE | ENVIRONMENT | 
 
 /// Features with their names, as options and statistics have them; those of materials are in
 /// [`bsdf::NAMES`](crate::bsdf::NAMES).
-pub const NAMES: [(Features, &str); 27] = [
+pub const NAMES: [(Features, &str); 28] = [
     (SCHLICK, "schlick"),
     (SOBOL, "sobol"),
     (AOVS, "aovs"),
@@ -191,6 +194,7 @@ pub const NAMES: [(Features, &str); 27] = [
     (TEXTURES, "textures"),
     (HOLES, "holes"),
     (PANES, "panes"),
+    (PORTALS, "portals"),
     (NORMAL_MAPS, "normal-maps"),
     (ATTRIBUTES, "attributes"),
     (MEDIA, "media"),

@@ -46,8 +46,7 @@ pub struct RenderParams {
     pub roulette_from: u32,
     /// Bits: [`FLAG_END_OF_CHUNK`], [`FLAG_PER_PIXEL_RANGE`], [`FLAG_HIDDEN_SKY`].
     pub flags: u32,
-    /// Probability that next-event estimation samples the environment map, 0 to 1; 0 if light
-    /// sampling is off.
+    /// Probability that next-event estimation samples the sky, 0 to 1; 0 if light sampling is off.
     pub environment_probability: f32,
     /// Texels across the environment map; 0 without one.
     pub environment_width: u32,
@@ -88,10 +87,10 @@ pub struct RenderParams {
     pub first_glass: u32,
     /// Number of pieces of smooth glass.
     pub glass_count: u32,
-    /// Unused.
-    pub pad: u32,
-    /// Unused.
-    pub padding: u32,
+    /// Index, in the array of planar shapes, of the first portal.
+    pub first_portal: u32,
+    /// Number of portals; 0 if light sampling is off.
+    pub portal_count: u32,
 }
 
 impl RenderParams {

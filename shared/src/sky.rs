@@ -4,14 +4,15 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 /// Sky of "Ray Tracing in One Weekend": a gradient by the y of the unit direction. 32 bytes; the
-/// fourth word of each row is unused.
+/// last word is unused.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct Sky {
     /// Radiance from straight below.
     pub bottom: Vec3,
-    /// Unused.
-    pub pad0: u32,
+    /// Mean luminance over all directions, of the panorama if there is one, in the unit of the
+    /// strengths of a [light tree](crate::light::tree). The host fills it in for a launch.
+    pub strength: f32,
     /// Radiance from straight above.
     pub top: Vec3,
     /// Unused.

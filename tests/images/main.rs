@@ -22,6 +22,7 @@ mod mitsuba;
 mod motion;
 mod oidn;
 mod parallel;
+mod portals;
 mod refracted;
 mod sampling;
 mod scenes;

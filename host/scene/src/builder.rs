@@ -7,7 +7,9 @@ pub use super::material::surface::{
 pub use super::medium::{DensityGrid, Medium};
 pub use super::sun_sky::SunSky;
 
-use super::description::{Description, Instance, Material, Mesh, PunctualLight, Shape, ShapeKind, Sky};
+use super::description::{
+    Description, Instance, Material, Mesh, Portal, PunctualLight, Shape, ShapeKind, Sky,
+};
 use super::import::ModelOptions;
 use super::surroundings::Surroundings;
 use super::values::{MAX_MAGNITUDE, unit};
@@ -157,6 +159,18 @@ impl SceneBuilder {
     /// Adds a light without extent.
     pub fn light(&mut self, light: PunctualLight) -> &mut Self {
         self.description.lights.push(light);
+        self
+    }
+
+    /// Adds an opening through which a room sees the sky: a parallelogram with a corner and the
+    /// edges `u` and `v`, whose front, where u × v points, is on the side of the room.
+    pub fn portal(
+        &mut self,
+        corner: impl Into<DVec3>,
+        u: impl Into<DVec3>,
+        v: impl Into<DVec3>,
+    ) -> &mut Self {
+        self.description.portals.push(Portal { corner: corner.into(), u: u.into(), v: v.into() });
         self
     }
 

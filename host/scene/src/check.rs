@@ -4,6 +4,7 @@
 //! is the check that all of them share; it names the part of the scene.
 
 use super::description::{Description, Instance, Mesh, ShapeKind, Sky, Texels, TextureImage};
+use super::portal::check_count;
 use super::ranges::{all, at_most, each, is_direction};
 use super::values::{Coordinate, Gain, Length, MAX_MAGNITUDE, Radiance};
 use super::{limits, part_names as names};
@@ -54,6 +55,10 @@ impl Description {
         }
         for (index, light) in self.lights.iter().enumerate() {
             light.check().map_err(|fault| format!("{}: {fault}", names::light(index)))?;
+        }
+        check_count(self.portals.len())?;
+        for (index, portal) in self.portals.iter().enumerate() {
+            portal.check().map_err(|fault| format!("portals[{index}]: {fault}"))?;
         }
         if let Some(ground) = &self.ground {
             each::<Coordinate>("the ground: centre", ground.center)?;

@@ -7,6 +7,7 @@
 pub use super::light::PunctualLight;
 pub use super::material::{Alpha, Material, surface::*};
 pub use super::medium::{DensityGrid, Medium, PlacedGrid};
+pub use super::portal::{MAX_PORTALS, Portal};
 pub use super::texture::{Filter, Texels, TextureImage, TextureUse, Wrap};
 
 use super::CameraPose;
@@ -37,6 +38,8 @@ pub struct Description {
     pub lights: Vec<PunctualLight>,
     /// Radiance from infinity; `None` is black.
     pub sky: Option<Sky>,
+    /// Openings through which rooms see the sky.
+    pub portals: Vec<Portal>,
     /// Participating media, indexed by [`Material::medium`].
     pub media: Vec<Medium>,
     /// Index into `media` of the medium around all objects; `None` for none.

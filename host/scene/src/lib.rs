@@ -28,6 +28,7 @@ mod mesh_boxes;
 mod model;
 mod own_light;
 mod part_names;
+mod portal;
 pub mod precision;
 mod ranges;
 mod records;
@@ -133,6 +134,9 @@ pub struct Scene {
     pub atmosphere: u32,
     /// Lights without extent, before their rows of the alias table are filled in.
     pub lights: Vec<Light>,
+    /// Openings through which rooms see the sky. Their records follow those of `flats` on a
+    /// device, and are no primitives.
+    pub portals: Vec<Planar>,
     /// Warnings for people: what was left out or changed.
     pub warnings: Vec<String>,
     /// Image settings that the scene states; the command line overrides them.
@@ -206,6 +210,11 @@ impl Scene {
         }
     }
 
+    /// Returns the records of quads and discs, then those of portals.
+    pub fn flats_and_portals(&self) -> Vec<Planar> {
+        [self.flats.as_slice(), &self.portals].concat()
+    }
+
     /// Returns the features that a kernel needs to render the scene; not
     /// [`NEE`](features::NEE), which the settings decide on.
     pub fn features(&self) -> Features {
@@ -219,6 +228,7 @@ impl Scene {
         needs(features::INSTANCES, !self.shared.instances.is_empty());
         needs(features::ENVIRONMENT, self.environment.is_some());
         needs(features::PUNCTUAL, !self.lights.is_empty());
+        needs(features::PORTALS, !self.portals.is_empty());
         // Paths and shadow rays pass the boundaries of media as they pass holes.
         needs(features::MEDIA | features::HOLES, !self.media.is_empty());
         for material in &self.materials {

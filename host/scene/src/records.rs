@@ -82,6 +82,7 @@ impl Scene {
         put(bytes, &self.textures);
         put(bytes, &self.texels);
         put(bytes, &self.lights);
+        put(bytes, &self.portals);
         put(bytes, &self.media);
         bytes(bytes_of(&self.atmosphere));
     }
@@ -140,6 +141,7 @@ impl Scene {
             textures: reader.array()?,
             texels: reader.array()?.into(),
             lights: reader.array()?,
+            portals: reader.array()?,
             media: reader.array()?,
             atmosphere: reader.record()?,
             warnings: header.warnings,

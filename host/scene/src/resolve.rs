@@ -11,6 +11,7 @@ use super::format::{self, Index, Name, Object, SceneFile, Source};
 use super::import::Folder;
 use super::include::Models;
 use super::loader::Loader;
+use super::portal::check_count;
 use super::values::{MAX_MAGNITUDE, sin_cos_degrees, vector};
 use crate::Fresnel;
 use glam::{DAffine2, DAffine3, DMat2, DVec2, DVec3};
@@ -45,6 +46,8 @@ pub fn describe(
 
     scene.cameras.extend(file.camera.iter().map(|camera| ("camera".to_owned(), Camera::pose(camera))));
     scene.lights.extend(file.lights.iter().cloned());
+    check_count(file.portals.len()).map_err(|fault| source.inconsistent(fault))?;
+    scene.portals.extend(&file.portals);
     let materials = Index::new(&file.materials);
     let mut models = Models::of(file, folder);
     for (index, object) in file.objects.iter().enumerate() {

@@ -3,7 +3,7 @@
 //! rounded.
 
 use super::description::{
-    Description, Instance, MetallicRoughness, PunctualLight, Shape, ShapeKind, Surface,
+    Description, Instance, MetallicRoughness, Portal, PunctualLight, Shape, ShapeKind, Surface,
 };
 use super::ranges::MAX_INTENSITY;
 use super::values::{MAX_MAGNITUDE, MIN_MAGNITUDE};
@@ -168,8 +168,20 @@ impl Description {
         for (index, light) in self.lights.iter_mut().enumerate() {
             light.move_to(space).map_err(|reason| fault(format!("light {index} {reason}")))?;
         }
+        for (index, Portal { corner, u, v }) in self.portals.iter_mut().enumerate() {
+            move_quad(space, corner, u, v).map_err(|reason| fault(format!("portal {index} {reason}")))?;
+        }
         Ok(())
     }
+}
+
+/// Moves and scales a parallelogram.
+fn move_quad(space: Rebase, corner: &mut DVec3, u: &mut DVec3, v: &mut DVec3) -> Result<(), &'static str> {
+    (*corner, *u, *v) = (space.point(*corner), *u * space.scale, *v * space.scale);
+    if ![*corner, *u, *v].into_iter().all(in_world) {
+        return Err("goes beyond 1e18");
+    }
+    limits::has_area(*u, *v).map_err(|_| "has sides that are too short, or too near to parallel")
 }
 
 impl Shape {
@@ -185,15 +197,7 @@ impl Shape {
                 *radius = if is_plane { moved.clamp(*PLANE.start(), *PLANE.end()) } else { moved };
                 (center, *radius)
             }
-            ShapeKind::Quad { corner, u, v } => {
-                (*u, *v) = (*u * space.scale, *v * space.scale);
-                if !(in_world(*u) && in_world(*v)) {
-                    return Err("goes beyond 1e18");
-                }
-                limits::has_area(*u, *v)
-                    .map_err(|_| "has sides that are too short, or too near to parallel")?;
-                (corner, 1.0)
-            }
+            ShapeKind::Quad { corner, u, v } => return move_quad(space, corner, u, v),
         };
         *point = space.point(*point);
         if !in_world(*point) {
@@ -242,6 +246,7 @@ mod tests {
                 PunctualLight::Point { position: center, intensity: DVec3::ONE },
                 PunctualLight::Directional { direction: DVec3::X, irradiance: DVec3::ONE },
             ],
+            portals: vec![Portal { corner: center, u: DVec3::X, v: DVec3::Y * 2.0 }],
             ..Description::default()
         }
     }
@@ -258,6 +263,7 @@ mod tests {
         assert_eq!(moved.shapes[0].kind, ShapeKind::Sphere { center, radius: 2.0 });
         let quad = ShapeKind::Quad { corner: center, u: DVec3::X * 4.0, v: DVec3::Y * 8.0 };
         assert_eq!(moved.shapes[1].kind, quad);
+        assert_eq!(moved.portals, [Portal { corner: center, u: DVec3::X * 4.0, v: DVec3::Y * 8.0 }]);
         assert_eq!(moved.shapes[2].kind, ShapeKind::Disc { center, normal: DVec3::Y, radius: MAX_MAGNITUDE });
         let map = moved.instances[0].transform;
         assert_eq!(map.transform_point3(DVec3::Z), DVec3::new(4.0, 0.0, 4.0));

@@ -9,12 +9,15 @@ use crate::part_names as names;
 
 /// Returns a line for each kind of mistake.
 pub(super) fn warnings(scene: &Description) -> Vec<String> {
-    [no_light(scene), glass::in_the_way(scene), texture_on_plane(scene)].into_iter().flatten().collect()
+    [no_light(scene), idle_portals(scene), glass::in_the_way(scene), texture_on_plane(scene)]
+        .into_iter()
+        .flatten()
+        .collect()
 }
 
 /// Warns if nothing in the scene emits.
 fn no_light(scene: &Description) -> Option<String> {
-    let sky = scene.sky.as_ref().is_some_and(|sky| sky.max_radiance() > 0.0);
+    let sky = sky_shines(scene);
     let emits = |material: usize| {
         scene.materials.get(material).is_some_and(|material| material.emission.max_element() > 0.0)
     };
@@ -28,6 +31,18 @@ fn no_light(scene: &Description) -> Option<String> {
     (!sky && !lights() && !surfaces() && !media()).then(|| {
         "no light: nothing in the scene emits, so the image is black; add a `sky`, an object that emits \
          or an entry of `lights`"
+            .to_owned()
+    })
+}
+
+fn sky_shines(scene: &Description) -> bool {
+    scene.sky.as_ref().is_some_and(|sky| sky.max_radiance() > 0.0)
+}
+
+/// Warns of portals under a black sky.
+fn idle_portals(scene: &Description) -> Option<String> {
+    (!scene.portals.is_empty() && !sky_shines(scene)).then(|| {
+        "portals: the sky is black, so nothing comes through them; set `sky`, or leave out `portals`"
             .to_owned()
     })
 }

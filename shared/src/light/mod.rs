@@ -8,12 +8,13 @@ mod area;
 mod directional;
 pub mod glass;
 pub(crate) mod point;
+mod portal;
+pub mod sky;
 pub mod tree;
 
 use crate::buffer::load;
 use crate::bvh::NO_PRIMITIVE;
-use crate::environment;
-use crate::features::{EMITTERS, ENVIRONMENT, FeatureSet, Features, LIGHT_TREE, PUNCTUAL};
+use crate::features::{EMITTERS, ENVIRONMENT, FeatureSet, Features, LIGHT_TREE, PORTALS, PUNCTUAL};
 use crate::math::{max, mul_high, unit_f32};
 use crate::params::RenderParams;
 pub use crate::records::light::Light;
@@ -74,13 +75,13 @@ pub struct ReferencePoint {
 
 /// Samples a light by its power, or by a light tree, and a point on it.
 ///
-/// `random.x` and `random.y` choose the point, `random.z` and `random.w` the light; `choice`
-/// decides whether the environment map is sampled instead.
+/// `random.x` and `random.y` choose the point, `random.z` and `random.w` the light; `choice.x`
+/// decides whether the sky is sampled instead, and `choice.y` how.
 ///
 /// # Safety
 ///
-/// The scene's indices were proven as [`crate::buffer`] says; there is a light, or an environment
-/// map with a probability above 0.
+/// The scene's indices were proven as [`crate::buffer`] says; there is a light, or a sky with
+/// a probability above 0.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
 pub unsafe fn sample<const POSSIBLE: Features>(
@@ -89,19 +90,16 @@ pub unsafe fn sample<const POSSIBLE: Features>(
     scene: Scene,
     from: ReferencePoint,
     random: Words,
-    choice: u32,
+    choice: Words,
 ) -> LightSample {
-    if features.has::<ENVIRONMENT>() && unit_f32(choice) < params.environment_probability {
-        // SAFETY: a probability above zero means that there is an environment map.
-        let sky = unsafe { environment::sample(params, scene, random) };
-        return LightSample {
-            direction: sky.direction,
-            t_max: MISS,
-            primitive: NO_PRIMITIVE,
-            radiance: sky.radiance,
-            pdf: sky.pdf * params.environment_probability,
-            is_delta: false,
-        };
+    let mut of_sky = 0.0;
+    if features.has::<{ ENVIRONMENT | PORTALS }>() {
+        // SAFETY: the caller's promise.
+        of_sky = unsafe { sky::probability(features, params, scene, &from) };
+        if unit_f32(choice.x) < of_sky {
+            // SAFETY: a probability above zero means that there is a panorama or a portal.
+            return unsafe { sky::sample(features, params, scene, &from, random, choice.y) };
+        }
     }
     if !features.has::<{ EMITTERS | PUNCTUAL }>() || params.light_count == 0 {
         return NO_LIGHT;
@@ -115,8 +113,9 @@ pub unsafe fn sample<const POSSIBLE: Features>(
         }
         // SAFETY: the tree's indices are in range.
         light = unsafe { load::<Light>(scene.lights, choice.light) };
-        light.intensity.x *= if light.kind == AREA { choice.probability } else { 1.0 };
-        light.probability *= choice.probability;
+        let probability = choice.probability * (1.0 - of_sky);
+        light.intensity.x *= if light.kind == AREA { probability } else { 1.0 };
+        light.probability = probability;
     } else {
         // SAFETY: the index is below the number of lights, as is each alias.
         unsafe {
@@ -160,6 +159,9 @@ pub unsafe fn pdf<const POSSIBLE: Features>(
     unsafe {
         if features.has::<LIGHT_TREE>() {
             by_area = tree::area_pdf(params, scene, &from, primitive);
+            if features.has::<{ ENVIRONMENT | PORTALS }>() {
+                by_area *= 1.0 - sky::probability(features, params, scene, &from);
+            }
         }
         area::pdf(features, params, scene, primitive, by_area, from, distance, cos)
     }

@@ -91,7 +91,7 @@ fn importance(node: &Light, from: &ReferencePoint) -> f32 {
 /// before with its share of the weights so far, and the random number is stretched to the part that
 /// it fell into (weighted reservoir sampling, Chao, 1982).
 #[derive(Clone, Copy)]
-struct Siblings {
+pub(super) struct Siblings {
     /// Sum of the importances, of which none is below 0.
     sum: f32,
     /// Number of children that may send light.
@@ -103,7 +103,7 @@ struct Siblings {
 
 impl Siblings {
     #[inline(always)]
-    fn new(random: f32, even_share: f32) -> Self {
+    pub(super) fn new(random: f32, even_share: f32) -> Self {
         let even = random < even_share;
         let (low, width) = if even { (0.0, even_share) } else { (even_share, 1.0 - even_share) };
         let random = min((random - low) * (1.0 / width), 0.999_999_94);
@@ -112,7 +112,7 @@ impl Siblings {
 
     /// Adds a child. Returns whether it is the one chosen so far.
     #[inline(always)]
-    fn add(&mut self, importance: f32) -> bool {
+    pub(super) fn add(&mut self, importance: f32) -> bool {
         let mut chosen = false;
         if importance > 0.0 {
             let before = if self.even { self.count } else { self.sum };
@@ -134,6 +134,43 @@ impl Siblings {
         let evenly = 1.0 / max(self.count, 1.0);
         if importance > 0.0 { by_importance * (1.0 - even_share) + evenly * even_share } else { 0.0 }
     }
+}
+
+/// Bounds of the light that arrives at a point, as importances of nodes state it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Arriving {
+    /// Sum for the lights in the scene.
+    pub near: f32,
+    /// Sum for the lights that are infinitely far.
+    pub distant: f32,
+}
+
+/// Returns the sum of the importances of the root's children at `from`.
+///
+/// # Safety
+///
+/// As [`choose`].
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+pub(super) unsafe fn arriving(params: &RenderParams, scene: Scene, from: &ReferencePoint) -> Arriving {
+    let mut sum = Arriving { near: 0.0, distant: 0.0 };
+    // SAFETY: the caller's promise.
+    let root = unsafe { load::<Light>(scene.lights, params.light_count) };
+    let is_leaf = root.kind & LEAF != 0;
+    let (first, count) = if is_leaf { (params.light_count, 1) } else { (root.kind, root.alias) };
+    let mut child = 0;
+    while child < count {
+        // SAFETY: as above.
+        let node = unsafe { load::<Light>(scene.lights, first + child) };
+        let importance = importance(&node, from);
+        if node.probability < 0.0 {
+            sum.distant += importance;
+        } else {
+            sum.near += importance;
+        }
+        child += 1;
+    }
+    sum
 }
 
 /// Chooses a light for the point `from`: by `random.z` at the first two levels, by `random.w` at

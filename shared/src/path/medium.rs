@@ -8,7 +8,7 @@ use crate::aovs::{self, AovSums, SurfaceAovs};
 use crate::bsdf::BsdfEval;
 use crate::buffer::SharedSlice;
 use crate::bvh::NO_PRIMITIVE;
-use crate::features::{AOVS, EMITTERS, ENVIRONMENT, FeatureSet, Features, LIGHT_TREE, MEDIA, NEE, PUNCTUAL};
+use crate::features::{AOVS, FeatureSet, Features, LIGHT_TREE, MEDIA, NEE, PORTALS};
 use crate::light::{self, ReferencePoint};
 use crate::math::{max, max_component, min};
 use crate::medium::{COLLIDES, Medium, MediumStack, fly, load_medium, phase_function, sample_phase_function};
@@ -148,7 +148,7 @@ impl Path {
             self.pdf = phase_function(vertex.anisotropy, direction.dot(incoming));
             self.vertex_primitive = NO_PRIMITIVE;
             self.skipped_distance = 0.0;
-            if features.has::<LIGHT_TREE>() {
+            if features.has::<{ LIGHT_TREE | PORTALS }>() {
                 self.vertex_normal = Vec3::ZERO;
             }
             self.continues = max_component(self.throughput) > 0.0;
@@ -182,13 +182,7 @@ impl Path {
         let mut connection = Connection::NONE;
         if features.has::<NEE>() && (params.light_count > 0 || params.environment_probability > 0.0) {
             let random = words(features, self.key, blocks::light(self.segment));
-            let mut choice = 0;
-            if features.has::<ENVIRONMENT>()
-                && features.has::<{ EMITTERS | PUNCTUAL }>()
-                && params.light_count > 0
-            {
-                choice = words(features, self.key, blocks::environment(self.segment)).x;
-            }
+            let choice = self.choice_of_sky(features, params);
             let from = ReferencePoint { point, primitive: NO_PRIMITIVE, normal: Vec3::ZERO };
             // SAFETY: the caller's promise.
             let light = unsafe { light::sample(features, params, scene, from, random, choice) };

@@ -3,9 +3,11 @@
 use super::vertex::Vertex;
 use super::{Path, blocks};
 use crate::bsdf::{Bsdf, BsdfEval};
-use crate::features::{EMITTERS, ENVIRONMENT, FeatureSet, Features, NEE, PUNCTUAL};
+use crate::features::{EMITTERS, ENVIRONMENT, FeatureSet, Features, NEE, PORTALS, PUNCTUAL};
 use crate::light::{self, LightSample, NO_LIGHT, ReferencePoint, mis_weight};
 use crate::params::RenderParams;
+use crate::ray::Ray;
+use crate::rng::Words;
 use crate::sampler::words;
 use crate::scene::Scene;
 use glam::Vec3;
@@ -28,11 +30,7 @@ pub(super) unsafe fn weighted_emission<const POSSIBLE: Features>(
     let Vertex { ray, hit, surface, material, .. } = vertex;
     let mut emission = material.emission;
     if features.has::<NEE>() && path.pdf > 0.0 && params.light_count > 0 {
-        let from = ReferencePoint {
-            point: ray.origin - ray.direction * path.skipped_distance,
-            primitive: path.vertex_primitive,
-            normal: path.vertex_normal,
-        };
+        let from = path.reference(ray);
         let distance = path.skipped_distance + hit.distance;
         let cos = ray.direction.dot(surface.normal);
         let chance = material.light_pdf;
@@ -42,6 +40,36 @@ pub(super) unsafe fn weighted_emission<const POSSIBLE: Features>(
         emission *= mis_weight(path.pdf, light_pdf);
     }
     emission
+}
+
+impl Path {
+    /// Returns the vertex from which `ray` left, which may have passed panes and holes since.
+    #[inline(always)]
+    pub(super) fn reference(&self, ray: &Ray) -> ReferencePoint {
+        ReferencePoint {
+            point: ray.origin - ray.direction * self.skipped_distance,
+            primitive: self.vertex_primitive,
+            normal: self.vertex_normal,
+        }
+    }
+
+    /// Returns the words that choose between the sky and other lights, and how to sample the sky;
+    /// zeros where nothing is to be chosen.
+    #[inline(always)]
+    pub(super) fn choice_of_sky<const POSSIBLE: Features>(
+        &self,
+        features: FeatureSet<POSSIBLE>,
+        params: &RenderParams,
+    ) -> Words {
+        let of_lights = features.has::<ENVIRONMENT>()
+            && features.has::<{ EMITTERS | PUNCTUAL }>()
+            && params.light_count > 0;
+        if of_lights || features.has::<PORTALS>() {
+            words(features, self.key, blocks::environment(self.segment))
+        } else {
+            Words { x: 0, y: 0, z: 0, w: 0 }
+        }
+    }
 }
 
 /// Connection to a light, before the shadow ray is traced.
@@ -75,7 +103,7 @@ impl Connection {
 ///
 /// # Safety
 ///
-/// As [`render_pixel`](super::render_pixel); there is a light or an environment map to sample.
+/// As [`render_pixel`](super::render_pixel); there is a light or a sky to sample.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
 pub(super) unsafe fn sample_direct_light<const POSSIBLE: Features>(
@@ -89,10 +117,7 @@ pub(super) unsafe fn sample_direct_light<const POSSIBLE: Features>(
 ) -> Connection {
     let Vertex { hit, surface, .. } = vertex;
     let random = words(features, path.key, blocks::light(path.segment));
-    let mut choice = 0;
-    if features.has::<ENVIRONMENT>() && features.has::<{ EMITTERS | PUNCTUAL }>() && params.light_count > 0 {
-        choice = words(features, path.key, blocks::environment(path.segment)).x;
-    }
+    let choice = path.choice_of_sky(features, params);
     let normal = bsdf.reflecting_normal(features);
     let from = ReferencePoint { point: surface.point, primitive: hit.primitive, normal };
     // SAFETY: the caller's promise.

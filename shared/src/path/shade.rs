@@ -9,13 +9,12 @@ use crate::attributes::SurfaceAttributes;
 use crate::bsdf::{Bsdf, BsdfSample, is_layered, is_pane, slots};
 use crate::buffer::SharedSlice;
 use crate::bvh::{Hit, NO_PRIMITIVE};
-use crate::environment;
 use crate::features::{
-    AOVS, EMITTERS, ENVIRONMENT, FeatureSet, Features, HOLES, LAYERS, LIGHT_TREE, MEDIA, NEE, PANES,
+    AOVS, EMITTERS, ENVIRONMENT, FeatureSet, Features, HOLES, LAYERS, LIGHT_TREE, MEDIA, NEE, PANES, PORTALS,
     REFRACTED_LIGHT,
 };
 use crate::layers::SOLID;
-use crate::light::mis_weight;
+use crate::light::{self, mis_weight};
 use crate::material::{BLENDED, MASKED};
 use crate::math::{max, max_component, unit_f32};
 use crate::medium::transmittance;
@@ -97,13 +96,13 @@ impl Path {
         scene: Scene,
         aovs: &mut SharedSlice<AovSums>,
     ) {
-        let direction = self.ray.direction;
-        let mut sky = params.sky.radiance(direction);
-        if features.has::<ENVIRONMENT>() && params.environment_width > 0 {
+        // SAFETY: the caller's promise.
+        let seen = unsafe { light::sky::radiance(features, params, scene, self.ray.direction) };
+        let mut sky = seen.radiance;
+        if features.has::<{ ENVIRONMENT | PORTALS }>() && self.pdf > 0.0 {
+            let from = self.reference(&self.ray);
             // SAFETY: the caller's promise.
-            let from = unsafe { environment::radiance(params, scene, direction) };
-            let light_pdf = from.pdf * params.environment_probability;
-            sky = from.radiance * if self.pdf > 0.0 { mis_weight(self.pdf, light_pdf) } else { 1.0 };
+            sky *= mis_weight(self.pdf, unsafe { light::sky::pdf(features, params, scene, &from, &seen) });
         }
         if self.segment == 1 && params.flags & FLAG_HIDDEN_SKY != 0 {
             sky = Vec3::ZERO;
@@ -234,7 +233,7 @@ impl Path {
         } else {
             (self.pdf, self.vertex_primitive) = (scatter.pdf, vertex.hit.primitive);
             self.skipped_distance = 0.0;
-            if features.has::<LIGHT_TREE>() {
+            if features.has::<{ LIGHT_TREE | PORTALS }>() {
                 self.vertex_normal = bsdf.reflecting_normal(features);
             }
         }

@@ -92,7 +92,7 @@ fn draw(shape: Shape, from: ReferencePoint, factor: f32, mut each: impl FnMut(&L
     };
     for i in 0..samples(200_000) {
         // SAFETY: the scene has one light, on primitive 0.
-        let s = unsafe { sample(FeatureSet::<F>::ALL, &params, scene, from, words(8, i), 0) };
+        let s = unsafe { sample(FeatureSet::<F>::ALL, &params, scene, from, words(8, i), words(9, i)) };
         if s.radiance == Vec3::ZERO {
             continue; // seen edge-on
         }

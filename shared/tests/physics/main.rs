@@ -15,6 +15,7 @@ mod lookups;
 mod materials;
 mod media;
 mod mesh;
+mod portals;
 mod powers;
 mod random;
 mod reciprocity;

@@ -4,10 +4,11 @@ use crate::record::{Input, Output, ProbeParams, row, vector, words};
 use glam::Vec3;
 use trisect_shared::features::{FeatureSet, LIGHT_TREE, NEEDS, OF_SURFACES};
 use trisect_shared::light::{ReferencePoint, sample};
+use trisect_shared::rng::Words;
 use trisect_shared::scene::Scene;
 
 /// Samples a light. Row a: point and its primitive; row b: random words; row c: random word that
-/// decides on the environment map. Output a: direction and pdf; b: radiance and the shadow ray's
+/// decides on the sky. Output a: direction and pdf; b: radiance and the shadow ray's
 /// `t_max`.
 ///
 /// # Safety
@@ -25,7 +26,7 @@ pub unsafe fn lights(params: &ProbeParams, scene: Scene, input: Input) -> Output
             scene,
             from,
             words(input.b),
-            input.c.x,
+            Words { x: input.c.x, y: input.c.x, z: 0, w: 0 },
         )
     };
     Output { a: row(light.direction, light.pdf.to_bits()), b: row(light.radiance, light.t_max.to_bits()) }

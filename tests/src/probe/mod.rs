@@ -13,6 +13,7 @@ use trisect::lights::Lights;
 use trisect::scene::{Scene, SharedVec};
 use trisect_probes::record::{Input, Output, ProbeParams};
 use trisect_shared::params::RenderParams;
+use trisect_shared::planar::Planar;
 use trisect_shared::triangle::Triangle;
 
 /// Maximum number of questions per launch; they take 32 MiB.
@@ -34,12 +35,14 @@ trait Device {
 /// A scene in the form that kernels get, for probes that trace or scatter.
 #[derive(Clone, Debug)]
 pub struct ProbeScene {
-    /// Spheres, planar shapes, textures and environment map. A test may change their values, for
-    /// instance to impossible ones, but not their number. Changes of other records have no effect:
-    /// triangles, materials and lights are those of [`ProbeScene::new`].
+    /// Spheres, planar shapes (in a scene without portals), textures and environment map. A test
+    /// may change their values, for instance to impossible ones, but not their number. Changes of
+    /// other records have no effect: triangles, materials and lights are those of
+    /// [`ProbeScene::new`].
     pub scene: Scene,
     /// BVH of the scene. A negative control may break it.
     pub bvh: Bvh,
+    planars: Vec<Planar>,
     triangles: SharedVec<Triangle>,
     lights: Lights,
 }
@@ -56,17 +59,17 @@ impl ProbeScene {
             Err(error) => panic!("{error}"),
         };
         let (triangles, lights) = (scene.numbered_triangles(), Lights::new(scene));
-        Self { scene: scene.clone(), bvh, triangles, lights }
+        Self { scene: scene.clone(), bvh, planars: scene.flats_and_portals(), triangles, lights }
     }
 
     /// Returns the device arrays.
     pub fn records(&self) -> trisect_shared::scene::Scene<'_> {
-        let Self { scene, bvh, triangles, lights } = self;
+        let Self { scene, bvh, planars, triangles, lights } = self;
         trisect_shared::scene::Scene {
             spheres: &scene.spheres,
             nodes: &bvh.nodes,
             materials: &lights.materials,
-            planars: &scene.flats,
+            planars: if scene.portals.is_empty() { &scene.flats } else { planars },
             triangles,
             vertices: &scene.vertices,
             lights: &lights.lights,
@@ -94,6 +97,8 @@ impl ProbeScene {
             environment_width: size.0,
             environment_height: size.1,
             environment_cos: 1.0,
+            first_portal: self.scene.flats.len() as u32,
+            portal_count: self.scene.portals.len() as u32,
             ..RenderParams::zeroed()
         }
     }

@@ -15,7 +15,7 @@ use trisect_scene::Scene;
 use trisect_scene::alias;
 use trisect_shared::light::{AREA, DIRECTIONAL, Light};
 use trisect_shared::material::Material;
-use trisect_shared::math::luminance;
+use trisect_shared::math::{luminance, max_component};
 use trisect_shared::planar::{DISC, Planar};
 
 /// The light table of a scene.
@@ -39,8 +39,12 @@ pub struct Lights {
     pub materials: Vec<Material>,
     /// Index in `materials` of the first medium, which follow the layers of materials.
     pub first_medium: u32,
-    /// Probability, from 0 to 1, of choosing the environment map instead of an entry of `lights`.
+    /// Probability, from 0 to 1, of choosing the sky instead of an entry of `lights`. Beside a tree
+    /// it only says whether the sky is sampled: each point decides how often.
     pub environment_probability: f32,
+    /// Mean luminance of the sky over all directions, in the unit of the tree's strengths; 0
+    /// without a tree.
+    pub sky_strength: f32,
 }
 
 /// Minimum radius of the discs that stand for planes. A plane keeps at least this radius in every
@@ -60,8 +64,8 @@ impl Lights {
     /// Builds the table for `scene`, with a tree if there are many lights, or one that is
     /// infinitely far beside one that is not. Otherwise probabilities are proportional to power: π
     /// × area × luminance of the emitted radiance for primitives, and the power sent into the scene
-    /// for point, spot and directional lights. An environment map that is not black has probability
-    /// 1/2, or 1 if there are no other lights.
+    /// for point, spot and directional lights. A sky that connections find has probability 1/2, or
+    /// 1 if there are no other lights.
     pub fn new(scene: &Scene) -> Self {
         let emitted = |material: u32| f64::from(scene.materials[material as usize].light_pdf);
         let areas = areas(scene);
@@ -93,8 +97,7 @@ impl Lights {
         let rows = alias::table(&powers).unwrap_or_default();
         let sum: f64 = powers.iter().sum();
 
-        let panorama = scene.environment.as_ref().is_some_and(|environment| !environment.is_black());
-        let environment_probability = match (panorama, rows.is_empty()) {
+        let environment_probability = match (samples_sky(scene), rows.is_empty()) {
             (false, _) => 0.0,
             (true, true) => 1.0,
             (true, false) => 0.5,
@@ -119,15 +122,15 @@ impl Lights {
         let count = lights.len() as u32;
         let area_count = area_count.min(count);
         let distant = lights.iter().filter(|light| light.kind == DIRECTIONAL).count() as u32;
-        if count >= FIRST_TREE || (1..count).contains(&distant) {
+        let before_portals = count > 0 && environment_probability > 0.0 && !scene.portals.is_empty();
+        let mut sky_strength = 0.0;
+        if count >= FIRST_TREE || (1..count).contains(&distant) || before_portals {
             let members = members::of(scene, &lights);
-            for light in &mut lights {
-                light.probability = share as f32;
-            }
             for (light, area) in lights.iter_mut().zip(areas_of_lights) {
-                light.intensity.x = (share / area) as f32;
+                light.intensity.x = (1.0 / area) as f32;
             }
-            tree::append(&mut lights, members);
+            let unit = tree::append(&mut lights, members);
+            sky_strength = (sky_luminance(scene) / unit).min(1e30) as f32;
         }
         let first_glass = lights.len() as u32;
         if count > area_count {
@@ -143,8 +146,32 @@ impl Lights {
             materials,
             first_medium,
             environment_probability,
+            sky_strength,
         }
     }
+}
+
+/// Returns whether connections to the sky find light: by a panorama, or through portals.
+fn samples_sky(scene: &Scene) -> bool {
+    match &scene.environment {
+        Some(environment) => !environment.is_black(),
+        None => !scene.portals.is_empty() && max_component(scene.sky.bottom.max(scene.sky.top)) > 0.0,
+    }
+}
+
+/// Returns the mean luminance of the sky over all directions.
+fn sky_luminance(scene: &Scene) -> f64 {
+    let Some(environment) = &scene.environment else {
+        return f64::from(luminance(scene.sky.bottom) + luminance(scene.sky.top)) * 0.5;
+    };
+    let rows = environment.texels.chunks(environment.width.max(1) as usize).enumerate();
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for (row, texels) in rows {
+        let sine = (PI * (row as f64 + 0.5) / f64::from(environment.height)).sin();
+        sum += sine * texels.iter().map(|texel| f64::from(luminance(texel.radiance))).sum::<f64>();
+        weights += sine * texels.len() as f64;
+    }
+    sum / weights
 }
 
 /// Returns the power that a point, spot or directional light sends into a scene of this radius.

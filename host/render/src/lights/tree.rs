@@ -37,12 +37,12 @@ enum Content {
 }
 
 /// Appends the nodes of a tree over `members` to the lights, and writes each light's leaf to it.
-/// Nodes have strengths relative to the power of two below the greatest, so that scenes of all
-/// scales have the same numbers. There is a member.
-pub(super) fn append(lights: &mut Vec<Light>, mut members: Vec<Member>) {
+/// Nodes have strengths in units of the power of two below the greatest, which it returns, so that
+/// scenes of all scales have the same numbers. There is a member.
+pub(super) fn append(lights: &mut Vec<Light>, mut members: Vec<Member>) -> f64 {
     let greatest = members.iter().map(|member| member.bounds.strength).fold(0.0, f64::max);
-    let power = f64::from_bits(greatest.to_bits() & 0x7ff0_0000_0000_0000);
-    members.iter_mut().for_each(|member| member.bounds.strength /= power.max(f64::MIN_POSITIVE));
+    let unit = f64::from_bits(greatest.to_bits() & 0x7ff0_0000_0000_0000).max(f64::MIN_POSITIVE);
+    members.iter_mut().for_each(|member| member.bounds.strength /= unit);
     let nodes = binary(&mut members);
     // Place of a node among the lights, place of its parent, and the node.
     let mut waiting = vec![(lights.len(), 0, 0)];
@@ -70,6 +70,7 @@ pub(super) fn append(lights: &mut Vec<Light>, mut members: Vec<Member>) {
         }
         lights[place] = record;
     }
+    unit
 }
 
 /// Replaces children of the greatest cost by their own children while there is room. Lights that

@@ -124,12 +124,13 @@ impl<'a> ValidScene<'a> {
         let same_texels = same(of.is_some_and(|of| Arc::ptr_eq(&of.texels, &shared.texels)));
         let same_panorama = same(of.is_some_and(|of| Arc::ptr_eq(&of.environment, &shared.environment)));
         let other = Content::Other;
+        let planars = scene.flats_and_portals();
         let all_triangles = scene.numbered_triangles();
         let arrays = [
             upload(to, &scene.spheres, "the scene's spheres", spheres, other)?,
             give(to, &bvh.nodes, "the scene's BVH", nodes)?,
             upload(to, &lights.materials, "the scene's materials", materials, other)?,
-            upload(to, &scene.flats, "the scene's quads and discs", flats, other)?,
+            upload(to, &planars, "the scene's quads and discs", flats, other)?,
             give(to, &all_triangles, "the scene's triangles", triangles)?,
             give(to, &scene.vertices, "the scene's normals and texture coordinates", vertices)?,
             upload(to, &lights.lights, "the scene's lights", table, other)?,
@@ -154,7 +155,7 @@ impl<'a> ValidScene<'a> {
             spheres: scene.spheres.len(),
             nodes: bvh.nodes.len(),
             materials: lights.materials.len(),
-            planars: scene.flats.len(),
+            planars: planars.len(),
             triangles: all_triangles.len(),
             vertices: scene.vertices.len(),
             lights: lights.lights.len(),

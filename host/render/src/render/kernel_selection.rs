@@ -5,7 +5,8 @@ use crate::settings::{KernelFeatures, Settings, SettingsError};
 use trisect_device::{Schedule, Traversal};
 use trisect_kernels::{EntryPoint, feature_names, render_kernel};
 use trisect_shared::features::{
-    CHOICES, EMITTERS, ENVIRONMENT, Features, LIGHT_TREE, NEE, NEEDS, PADDED_BOXES, PUNCTUAL, REFRACTED_LIGHT,
+    CHOICES, EMITTERS, ENVIRONMENT, Features, LIGHT_TREE, NEE, NEEDS, PADDED_BOXES, PORTALS, PUNCTUAL,
+    REFRACTED_LIGHT,
 };
 
 /// Returns the kernel for a scene with these features. Where the settings name no traversal or
@@ -41,9 +42,9 @@ pub(super) fn choose(
 
 /// Returns the features that a kernel needs for a scene with these features and for the settings.
 fn needed(scene: Features, settings: &Settings) -> Features {
-    let has_lights = scene & (EMITTERS | PUNCTUAL | ENVIRONMENT) != 0;
+    let has_lights = scene & (EMITTERS | PUNCTUAL | ENVIRONMENT | PORTALS) != 0;
     let nee = if settings.light_sampling && has_lights { NEE } else { 0 };
-    let unused = if settings.light_sampling { 0 } else { PUNCTUAL | LIGHT_TREE | REFRACTED_LIGHT };
+    let unused = if settings.light_sampling { 0 } else { PUNCTUAL | LIGHT_TREE | REFRACTED_LIGHT | PORTALS };
     (scene & !unused) | nee | settings.needed_features()
 }
 
@@ -57,8 +58,8 @@ fn checked(named: Features, needed: Features) -> Result<Features, SettingsError>
     if other != 0 {
         return Err(SettingsError::FeaturesDiffer { other: feature_names(other) });
     }
-    // A scene without padded boxes, without a tree, or without glass before a light, has none.
-    let of_scene = PADDED_BOXES | LIGHT_TREE | REFRACTED_LIGHT;
+    // A scene without padded boxes, a light tree, glass before a light, or portals, has none.
+    let of_scene = PADDED_BOXES | LIGHT_TREE | REFRACTED_LIGHT | PORTALS;
     Ok(named & !of_scene | named & needed & of_scene)
 }
 

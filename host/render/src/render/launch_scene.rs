@@ -225,8 +225,8 @@ impl LaunchScene {
             area_light_count: self.params.area_lights,
             first_glass: self.params.first_glass,
             glass_count: if sampled { self.params.glass } else { 0 },
-            pad: 0,
-            padding: 0,
+            first_portal: first_triangle - first_flat,
+            portal_count: if sampled { self.params.portals } else { 0 },
         }
     }
 }

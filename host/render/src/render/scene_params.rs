@@ -23,6 +23,8 @@ pub(super) struct SceneParams {
     pub first_glass: u32,
     /// Number of pieces of smooth glass before lights without extent.
     pub glass: u32,
+    /// Number of portals.
+    pub portals: u32,
     /// True if the lights have a tree.
     pub light_tree: bool,
     /// True if the BVH's boxes are padded enough for rays that start at the camera.
@@ -38,7 +40,7 @@ impl SceneParams {
     pub fn new(scene: &Scene, bvh: &Bvh, lights: &Lights, padded: bool) -> Self {
         let environment = scene.environment.as_ref();
         Self {
-            sky: scene.sky,
+            sky: Sky { strength: lights.sky_strength, ..scene.sky },
             root: bvh.root,
             first_flat: scene.spheres.len() as u32,
             first_triangle: (scene.spheres.len() + scene.flats.len()) as u32,
@@ -51,6 +53,7 @@ impl SceneParams {
             area_lights: lights.area_count,
             first_glass: lights.first_glass,
             glass: lights.glass_count,
+            portals: scene.portals.len() as u32,
             light_tree: lights.has_tree(),
             padded,
             first_medium: lights.first_medium,

@@ -24,6 +24,7 @@ use super::camera::Camera;
 use super::error::SceneError;
 use super::light::PunctualLight;
 use super::material::surface::TextureRole;
+use super::portal::Portal;
 use super::surroundings::PANORAMAS;
 use super::values::{Count, Length, Point, some};
 use name::unique_names;
@@ -81,6 +82,9 @@ pub struct SceneFile<'a> {
     /// Lights without extent.
     #[serde(default)]
     pub lights: Vec<PunctualLight>,
+    /// Openings through which rooms see the sky.
+    #[serde(default)]
+    pub portals: Vec<Portal>,
     /// The file's name and text.
     #[serde(skip)]
     pub source: Source<'a>,

@@ -74,6 +74,30 @@ fn every_construct_is_read() {
 }
 
 #[test]
+fn portals_are_read_and_checked() {
+    let with =
+        |portals: &str| FIRST.replace("version: 1,", &format!("version: 1,\n    portals: [{portals}],"));
+    let read = |portals: &str| parse(&with(portals), "portals.ron").map(|scene| scene.portals);
+    let portal = "(corner: (-1, 0, 0.5), u: (0, 1, 0), v: (0, 0, 2))";
+    let want = Portal { corner: DVec3::new(-1.0, 0.0, 0.5), u: DVec3::Y, v: DVec3::Z * 2.0 };
+    assert_eq!(read(portal).unwrap(), [want]);
+    for (bad, why) in [
+        ("(corner: (0, 0, 0), u: (0, 1, 0), v: (0, 2, 0))", "parallel"),
+        ("(corner: (0, 0, 0), u: (0, 1, 0), v: (0, 0, 0))", "at least 1e-18 long"),
+        ("(corner: (NaN, 0, 0), u: (0, 1, 0), v: (0, 0, 1))", "NaN"),
+        ("(corner: (0, 0, 0), u: (0, 1e19, 0), v: (0, 0, 1))", "1e18"),
+        ("(corner: (0, 0, 0), u: (0, 1, 0))", "v"),
+        ("(corner: (0, 0, 0), u: (0, 1, 0), v: (0, 0, 1), material: \"a\")", "material"),
+    ] {
+        let said = read(bad).unwrap_err().to_string();
+        assert!(said.contains(why) && said.contains("portals.ron:3"), "{bad}: {said}");
+    }
+    let many =
+        crate::Scene::parse(&with(&format!("{portal},").repeat(65)), "many.ron").unwrap_err().to_string();
+    assert!(many.contains("65 portals; at most 64"), "{many}");
+}
+
+#[test]
 fn a_space_is_read_and_checked() {
     let with = |space: &str| FIRST.replace("version: 1,", &format!("version: 1,\n    space: {space},"));
     let read = |space: &str| parse(&with(space), "space.ron").map(|scene| scene.space.space);

@@ -190,7 +190,7 @@ impl Geometry {
 
 /// Returns the record of a quad or disc; `corner` is a disc's centre. The edges are f64, so that
 /// only the record is rounded.
-fn flat(kind: u32, corner: DVec3, u: DVec3, v: DVec3, material: u32) -> Planar {
+pub(super) fn flat(kind: u32, corner: DVec3, u: DVec3, v: DVec3, material: u32) -> Planar {
     let normal = u.cross(v);
     let square = normal.length_squared();
     let area = square.sqrt() * if kind == DISC { std::f64::consts::PI } else { 1.0 };

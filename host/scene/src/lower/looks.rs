@@ -45,7 +45,7 @@ impl Looks {
     pub fn of(description: &Description) -> Result<Self, String> {
         let sky = match &description.sky {
             Some(Sky::Gradient { bottom, top }) => {
-                sky::Sky { bottom: bottom.as_vec3(), pad0: 0, top: top.as_vec3(), pad1: 0 }
+                sky::Sky { bottom: bottom.as_vec3(), strength: 0.0, top: top.as_vec3(), pad1: 0 }
             }
             _ => uniform(Vec3::ZERO),
         };

@@ -22,6 +22,7 @@ use super::error::SceneError;
 use super::values::{MAX_MAGNITUDE, MIN_MAGNITUDE};
 use super::{CameraPose, Scene, Sharing};
 use glam::{DVec3, Vec3};
+use trisect_shared::planar::QUAD;
 use trisect_shared::sky::Sky;
 
 /// Makes the records of a description; its first camera is used. `name` stands for the file in
@@ -63,6 +64,11 @@ pub(super) fn lower(
         media: Vec::new(),
         atmosphere: 0,
         lights: description.lights.iter().map(PunctualLight::record).collect(),
+        portals: description
+            .portals
+            .iter()
+            .map(|of| geometry::flat(QUAD, of.corner, of.u, of.v, 0))
+            .collect(),
         warnings,
         image: *image,
     };
@@ -74,7 +80,7 @@ pub(super) fn lower(
 
 /// Returns a sky of the same radiance from everywhere.
 fn uniform(radiance: Vec3) -> Sky {
-    Sky { bottom: radiance, pad0: 0, top: radiance, pad1: 0 }
+    Sky { bottom: radiance, strength: 0.0, top: radiance, pad1: 0 }
 }
 
 /// Returns the unit vector along `v`, in f32.

@@ -37,6 +37,15 @@ fn a_scene_without_light() {
     }
 }
 
+/// Portals under a black sky do nothing, which one line says.
+#[test]
+fn portals_without_a_sky_are_named() {
+    let portals = "], portals: [(corner: (-1, 0, 0), u: (0, 1, 0), v: (0, 0, 1))";
+    let said = scene("", &format!("{SUN}{portals}"), "");
+    assert!(said.len() == 1 && said[0].starts_with("portals: the sky is black"), "{said:?}");
+    assert!(scene("sky: Uniform(radiance: (1, 1, 1)),", portals, "").is_empty());
+}
+
 const SUN: &str = "Directional(direction: (0, -1, -1), irradiance: (3, 3, 3))";
 const LAMP: &str = "Point(position: (0, 4, 4), intensity: (9, 9, 9))";
 
