@@ -19,7 +19,7 @@ struct Case {
 
 const GRADIENT: &str = "Gradient(bottom: (0.5, 0.4, 0.3), top: (3, 4, 6))";
 const LAMPS: &str = "Sphere(center: (0.5, 1.2, 0.3), radius: 0.2, material: \"lamp\"),
-    Quad(corner: (-0.2, 1.9, -0.2), u: (0.4, 0, 0), v: (0, 0, 0.4), material: \"lamp\"),";
+    Quad(corner: (-0.9, 1.9, -0.9), u: (1.8, 0, 0), v: (0, 0, 1.8), material: \"lamp\"),";
 const SUN: &str = "Directional(direction: (0.8, -0.6, 0.1), irradiance: (2, 2, 1.5)),
     Point(position: (-0.5, 1.5, 0.6), intensity: (0.3, 0.2, 0.2)),";
 const PANE: &str = "Quad(corner: (-1.05, 0.5, -0.7), u: (0, 1, 0), v: (0, 0, 0.8), material: \"pane\"),";

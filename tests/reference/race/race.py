@@ -1,5 +1,5 @@
 """Compares the noise of Trisect, Mitsuba 3.9.1 and Blender's Cycles 4.5 at equal time, on the same threads of one machine,
-one program after the other. Denoisers are off.
+or on one GPU by CUDA (`--device cuda`: without Cycles), one program after the other. Denoisers are off.
 
     python3 race.py ../../../target/release/trisect --mitsuba MITSUBA/bin/python --cycles BPY/bin/python
 
@@ -84,12 +84,13 @@ def row(label, images, lines, reference, seconds):
 def race(name, args, folder):
     file, width, height = SCENES[name]
     scene = os.path.join(folder, f"{name}.ron")
+    width, height = width * args.scale, height * args.scale
     prepare(os.path.join(HERE, file), scene, width, height)
     common = ["--seconds", str(args.seconds), "--seeds", str(args.seeds), "--threads", str(args.threads)]
 
     def peer(label, python, script, setting):
         out = os.path.join(folder, "image")
-        command = [python, os.path.join(HERE, script), scene, setting, *common, "--out", out]
+        command = [python, os.path.join(HERE, script), scene, setting, *common, "--device", args.device, "--out", out]
         done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         if done.returncode:
             raise SystemExit(f"{' '.join(command)}\n{done.stderr[-2000:]}")
@@ -99,7 +100,7 @@ def race(name, args, folder):
 
     def trisect(*more):
         stats, image = os.path.join(folder, "stats.json"), os.path.join(folder, "image.pfm")
-        subprocess.run([args.trisect, "render", scene, *map(str, more), "--backend", "cpu", "--threads", str(args.threads), "-q",
+        subprocess.run([args.trisect, "render", scene, *map(str, more), "--backend", args.device, "--threads", str(args.threads), "-q",
                         "--stats", stats, "-o", image], check=True)
         with open(stats) as file:
             return pfm(image), json.load(file)
@@ -129,7 +130,7 @@ def race(name, args, folder):
         rows += [peer("Cycles", args.cycles, "with_cycles.py", setting) for setting in CYCLES + more]
     best = min([each["error"] for each in rows], default=float("nan"))
     rows += [own(label, options) for label, options in TRISECT.items()]
-    print(f"\n{name}, {width}x{height}, {args.threads} threads, {args.seconds:g} s, {args.seeds} seeds\n")
+    print(f"\n{name}, {width}x{height}, {args.device}, {args.threads} threads, {args.seconds:g} s, {args.seeds} seeds\n")
     print("| | samples a pixel | seconds | relMSE | of the best other | apart |\n|---|---|---|---|---|---|")
     for each in rows:
         print(f"| {each['label']} | {each['spp']:.0f} | {each['seconds']:.2f} | {each['error']:.2e} | {each['error'] / best:.2f} "
@@ -146,7 +147,11 @@ def main():
     parser.add_argument("--reference", type=float, default=40, help="seconds of Trisect's reference")
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--threads", type=int, default=os.cpu_count())
+    parser.add_argument("--device", choices=["cpu", "cuda"], default="cpu")
+    parser.add_argument("--scale", type=int, default=1, help="factor on the width and height of images")
     args = parser.parse_args()
+    if args.cycles and args.device != "cpu":
+        parser.error("--cycles is for --device cpu")
     with tempfile.TemporaryDirectory() as folder:
         for name in args.scenes:
             race(name, args, folder)

@@ -21,7 +21,7 @@ SETTINGS = {  # roulette from this depth, sampler
 }
 
 args = arguments(SETTINGS)
-mi.set_variant("llvm_ad_rgb")
+mi.set_variant({"cpu": "llvm_ad_rgb", "cuda": "cuda_ad_rgb"}[args.device])
 dr.set_thread_count(args.threads)
 sys.path[1:1] = [os.path.join(os.path.dirname(os.path.abspath(__file__)), "../mitsuba")]
 import convert

@@ -14,6 +14,7 @@ def arguments(settings):
     parser.add_argument("--seconds", type=float, default=5)
     parser.add_argument("--seeds", type=int, default=2)
     parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--device", default="cpu")
     parser.add_argument("--out", required=True)
     return parser.parse_args(own)
 
