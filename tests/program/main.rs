@@ -17,5 +17,6 @@ mod oidn;
 mod resources;
 mod shell;
 mod surroundings;
+mod tone_maps;
 mod tradeoff;
 mod viewer;

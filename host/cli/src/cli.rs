@@ -31,6 +31,7 @@ pub use goal::GoalArgs;
 pub use job::{IncludeArgs, JobArgs, ModelArgs};
 pub use motion::{Frames, MotionArgs};
 pub use render::RenderArgs;
+use render::parse_tone_map;
 pub use shell::{CompletionsArgs, DoctorArgs, InfoArgs, LogArgs, ManArgs};
 pub use surroundings::SurroundingsArgs;
 pub use tradeoff::{ConvergeArgs, ReferenceArgs, TradeoffArgs};

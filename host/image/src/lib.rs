@@ -57,6 +57,12 @@ pub enum ImageError {
         /// Path of the file.
         path: PathBuf,
     },
+    /// A tone map is asked for, and the format holds radiance.
+    #[error("{}: `tonemap` is for a display, and the format holds linear radiance; use .png", path.display())]
+    NoDisplay {
+        /// Path of the file.
+        path: PathBuf,
+    },
     /// A layer is asked for twice.
     #[error("`aov` names {layer} twice; name each layer once")]
     LayerTwice {

@@ -93,6 +93,8 @@ pub struct RenderStats {
     pub cluster: Option<ClusterReport>,
     /// Exposure in stops by which the image file is brighter than the rendered radiance.
     pub exposure: f32,
+    /// Name of the tone map of the image file.
+    pub tonemap: &'static str,
     /// Number of kernel launches.
     pub submissions: u64,
     /// Samples in the image.
@@ -139,6 +141,7 @@ impl RenderStats {
             denoise_library: None,
             cluster: None,
             exposure: 0.0,
+            tonemap: "none",
             submissions: 0,
             samples: 0,
             rejected_samples: 0,

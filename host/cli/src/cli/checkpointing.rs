@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 use trisect::checkpoint::SaveInterval;
 use trisect::device::Choice;
+use trisect::output::ToneMap;
 
 /// Options of checkpoints and of the end of a render.
 #[derive(Clone, Debug, Default, Args)]
@@ -98,6 +99,11 @@ pub struct ResumeArgs {
     #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = super::parse_stops)]
     pub exposure: Option<f32>,
 
+    /// Curve from exposed radiance to the range of a display: none, filmic, agx or aces (default:
+    /// as the first command).
+    #[arg(long, value_name = "CURVE", value_parser = super::parse_tone_map)]
+    pub tonemap: Option<ToneMap>,
+
     /// Backend to render on; it must round as the first one did (default: as the first command).
     #[arg(long, value_enum)]
     pub backend: Option<Choice>,
@@ -150,6 +156,11 @@ pub struct MergeArgs {
     /// first checkpoint).
     #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = super::parse_stops)]
     pub exposure: Option<f32>,
+
+    /// Curve from exposed radiance to the range of a display: none, filmic, agx or aces (default:
+    /// as the command of the first checkpoint).
+    #[arg(long, value_name = "CURVE", value_parser = super::parse_tone_map)]
+    pub tonemap: Option<ToneMap>,
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use trisect::adaptive::Request;
 use trisect::denoise::DenoiseError;
 use trisect::layers::Aov;
+use trisect::output::ToneMap;
 use trisect::output::exposure::Exposure;
 
 /// Arguments of `trisect render`.
@@ -51,6 +52,11 @@ pub struct RenderArgs {
     #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = parse_stops)]
     pub exposure: Option<f32>,
 
+    /// Curve from exposed radiance to the range of a display, for a .png: none (clipped at 1),
+    /// filmic, agx or aces.
+    #[arg(long, value_name = "CURVE", default_value = "none", value_parser = parse_tone_map)]
+    pub tonemap: ToneMap,
+
     /// Messages and statistics.
     #[command(flatten)]
     pub log: LogArgs,
@@ -74,6 +80,14 @@ impl RenderArgs {
     pub fn exposure(&self) -> Exposure {
         self.job.exposure(self.exposure)
     }
+}
+
+/// Parses the name of a tone map.
+pub fn parse_tone_map(text: &str) -> Result<ToneMap, String> {
+    ToneMap::ALL.into_iter().find(|(name, _)| *name == text).map(|(_, of)| of).ok_or_else(|| {
+        let names: Vec<&str> = ToneMap::ALL.into_iter().map(|(name, _)| name).collect();
+        format!("unknown curve; available: {}", names.join(", "))
+    })
 }
 
 fn parse_aov(text: &str) -> Result<Aov, String> {

@@ -55,6 +55,11 @@ pub fn write_with_layers(
     }
 }
 
+/// Returns the film's alpha, by which its image is multiplied, if the background replaces the sky.
+pub fn alpha_behind(background: Background, film: &Film) -> Option<Vec<f32>> {
+    if background.hides_sky() { film.alpha() } else { None }
+}
+
 /// Returns the film's alpha.
 fn alpha_of(film: &Film, path: &Path) -> Result<Vec<f32>, ImageError> {
     let message = "the film has no counts of hits, which a background needs; render with it".to_owned();

@@ -209,6 +209,7 @@ pub fn check(arguments: &RenderArgs) -> Result<(), Error> {
         layers::check(&arguments.output, &arguments.aov)?;
     }
     background::check(arguments.background, &arguments.output)?;
+    arguments.tonemap.check(&arguments.output)?;
     outputs(arguments).check()?;
     output::probe(&arguments.output)?;
     if let Some(stats) = &arguments.log.stats {

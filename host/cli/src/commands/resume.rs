@@ -11,7 +11,7 @@ use trisect::device::{Choice, MathMode};
 use trisect::film::{Film, SampleBlock, Summation};
 use trisect::image::ImageError;
 use trisect::output::exposure::Exposure;
-use trisect::output::{self, Format, Outputs};
+use trisect::output::{self, Format, Outputs, ToneMap};
 use trisect::threads::start_shared;
 use trisect_lab::Error;
 
@@ -70,6 +70,7 @@ pub fn command(arguments: &ResumeArgs, header: &Header) -> Result<RenderArgs, Er
     command.job.surroundings.in_folder(&header.folder);
     command.output = arguments.output.clone().unwrap_or_else(|| at(command.output.clone()));
     command.exposure = arguments.exposure.or(command.exposure);
+    command.tonemap = arguments.tonemap.unwrap_or(command.tonemap);
     // The path of statistics is that of the new command; the caller checks the image's path.
     command.log.stats = arguments.log.stats.clone();
     command.job.includes.allow_outside |= arguments.includes.allow_outside;
@@ -141,6 +142,10 @@ pub fn merge(arguments: &MergeArgs) -> Result<ExitCode, Error> {
         let exposed = exposure(arguments, command.as_ref()).of(&image, &arguments.output);
         exposed.apply(&mut image);
         let background = command.as_ref().map_or(Background::Sky, |command| command.background);
+        let of_command = command.as_ref().map_or(ToneMap::None, |command| command.tonemap);
+        let tone_map = arguments.tonemap.unwrap_or(of_command);
+        tone_map.check(&arguments.output)?;
+        tone_map.apply(&mut image, background::alpha_behind(background, &sum.film).as_deref());
         background::write(background, &image, &sum.film, &arguments.output)?;
         if let Some(automatic) = exposed.automatic {
             eprint(&automatic.to_string());

@@ -4,7 +4,7 @@
 use std::borrow::Cow;
 
 /// Settings whose options have their names.
-const OPTIONS: [&str; 39] = [
+const OPTIONS: [&str; 40] = [
     "allow_outside",
     "aov",
     "background",
@@ -41,6 +41,7 @@ const OPTIONS: [&str; 39] = [
     "target_error",
     "threads",
     "time_limit",
+    "tonemap",
     "traversal",
     "features",
     "write_partial",

@@ -5,9 +5,11 @@ mod channels;
 mod conflict;
 pub mod exposure;
 pub mod pfm;
+mod tone_map;
 
 pub use channels::{Channel, Samples, write_channels};
 pub use conflict::{ConflictError, Outputs, check_stored};
+pub use tone_map::ToneMap;
 
 use crate::metrics::srgb;
 use crate::{Image, ImageError};

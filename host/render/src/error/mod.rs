@@ -104,7 +104,8 @@ impl Error {
                 ImageError::UnknownExtension { .. }
                 | ImageError::NoLayers { .. }
                 | ImageError::LayerTwice { .. }
-                | ImageError::NoAlpha { .. },
+                | ImageError::NoAlpha { .. }
+                | ImageError::NoDisplay { .. },
             ) => 2,
             Self::Image(_) | Self::Metrics(_) | Self::Film(_) | Self::Checkpoint(_) | Self::Cancelled => 1,
         }

@@ -15,7 +15,7 @@ use trisect::Error::Cancelled;
 use trisect::checkpoint::{Checkpoint, Header, Place, arithmetic};
 use trisect::device::DeviceInfo;
 use trisect::image::Image;
-use trisect::output::{self, Format};
+use trisect::output::{self, Format, ToneMap};
 use trisect::render::Settings;
 use trisect_cluster::{
     AssembledImage, ClusterError, ClusterPlan, DistributionMode, Failure, ResumableFilm, WireFormat, Work,
@@ -227,7 +227,10 @@ fn wire_format(arguments: &RenderArgs, settings: &Settings, plan: &ClusterPlan, 
     } else if plan.mode == DistributionMode::Average {
         // Shares may differ in size; if the largest exceeds a chunk, exact sums are sent.
         if most.len() <= 256 { WireFormat::Chunk } else { WireFormat::Mean }
-    } else if matches!(Format::of(&arguments.output), Ok(Format::Png)) && arguments.exposure().is_none() {
+    } else if matches!(Format::of(&arguments.output), Ok(Format::Png))
+        && arguments.exposure().is_none()
+        && arguments.tonemap == ToneMap::None
+    {
         WireFormat::Bytes
     } else {
         WireFormat::Color
@@ -244,6 +247,7 @@ fn keep(arguments: &RenderArgs, watch: Option<RenderSupervisor>, partial: &Assem
     }
     let exposed = |mut image: Image, path: &Path| {
         arguments.exposure().of(&image, path).apply(&mut image);
+        arguments.tonemap.apply(&mut image, None);
         Ok(output::write(&image, path)?)
     };
     let written = or_fallback_path(&arguments.output, |path| match partial {

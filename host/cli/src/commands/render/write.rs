@@ -11,8 +11,8 @@ use trisect::denoise::Denoiser;
 use trisect::film::Film;
 use trisect::image::{Image, ImageError};
 use trisect::layers::{Aov, FilmPlace};
-use trisect::output;
-use trisect::output::exposure::{Exposed, Exposure};
+use trisect::output::exposure::Exposed;
+use trisect::output::{self, ToneMap};
 use trisect::stats::RenderStats;
 use trisect_lab::Error;
 
@@ -44,7 +44,7 @@ pub fn finish(
             Ok(denoised) => denoised,
             Err(error) => {
                 // The image without the filter is written, so that no samples are lost.
-                let exposed = exposed(arguments.exposure(), &arguments.output, &drawn, None);
+                let exposed = exposed(arguments, &drawn, None);
                 match or_fallback_path(&arguments.output, |path| {
                     write(path, (arguments.background, &[]), session, &drawn, exposed.as_ref())
                 }) {
@@ -72,7 +72,7 @@ pub fn write_outputs(
     denoised: Option<Image>,
 ) -> Result<(ExitCode, bool), Error> {
     let start = Instant::now();
-    let exposed = exposed(arguments.exposure(), &arguments.output, &drawn, denoised);
+    let exposed = exposed(arguments, &drawn, denoised);
     let written = or_fallback_path(&arguments.output, |path| {
         write(path, (arguments.background, &arguments.aov), session, &drawn, exposed.as_ref())
     });
@@ -83,6 +83,7 @@ pub fn write_outputs(
     stats.scene.clone_from(&session.name);
     stats.choice.clone_from(&session.choice);
     stats.exposure = exposed.as_ref().map_or(0.0, |(_, exposed)| exposed.stops);
+    stats.tonemap = arguments.tonemap.name();
     if let Some(path) = &arguments.log.stats {
         let text = serde_json::to_string_pretty(&stats)
             .map_err(|error| ImageError::Codec { path: path.clone(), message: error.to_string() })?;
@@ -132,25 +133,32 @@ pub fn write_outputs(
     Ok((code, !moved))
 }
 
-/// Returns the image to write, denoised or as rendered, with its exposure applied; `None` for
-/// bytes, which are complete. An automatic exposure is determined from the image before denoising.
+/// Returns the image to write, denoised or as rendered, with exposure and tone map applied; `None`
+/// for bytes, which are complete. An automatic exposure is determined from the image before
+/// denoising.
 fn exposed<'a>(
-    exposure: Exposure,
-    path: &Path,
+    arguments: &RenderArgs,
     drawn: &'a RenderOutput,
     denoised: Option<Image>,
 ) -> Option<(Cow<'a, Image>, Exposed)> {
+    let mut alpha = None;
     let drawn = match drawn {
-        RenderOutput::Film(film) => Cow::Owned(film.image()),
+        RenderOutput::Film(film) => {
+            alpha = background::alpha_behind(arguments.background, film);
+            Cow::Owned(film.image())
+        }
         #[cfg(feature = "mpi")]
         RenderOutput::Image(image) => Cow::Borrowed(*image),
         #[cfg(feature = "mpi")]
         RenderOutput::Bytes(..) => return None,
     };
-    let exposed = exposure.of(&drawn, path);
+    let exposed = arguments.exposure().of(&drawn, &arguments.output);
     let mut image = denoised.map_or(drawn, Cow::Owned);
     if exposed.stops != 0.0 {
         exposed.apply(image.to_mut());
+    }
+    if arguments.tonemap != ToneMap::None {
+        arguments.tonemap.apply(image.to_mut(), alpha.as_deref());
     }
     Some((image, exposed))
 }
