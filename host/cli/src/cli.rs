@@ -15,6 +15,7 @@ mod render;
 mod shell;
 mod surroundings;
 mod switch;
+mod time;
 mod tradeoff;
 mod view;
 

@@ -1,5 +1,6 @@
 //! Arguments of `trisect bench`, `trisect bench report` and `trisect bench cluster`.
 
+use super::time::parse_positive_time;
 use super::{DenoiseArgs, IncludeArgs, JobArgs, RankArgs, parse_count, parse_resolution};
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
@@ -130,16 +131,13 @@ pub struct ReportArgs {
     #[arg(long, value_name = "N", default_value = "1000000", value_parser = parse_count)]
     pub spheres: u32,
 
-    /// Maximum time of a point without a BVH, in seconds for all its frames (default: less with
+    /// Maximum time of a point without a BVH, such as 30s, for all its frames (default: less with
     /// --quick). A slower point gets fewer samples and frames; if one frame of one sample takes
     /// longer, the point is left out and named.
-    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
+    #[arg(long, value_name = "TIME", value_parser = parse_seconds)]
     pub time_limit: Option<f64>,
 }
 
 fn parse_seconds(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(seconds) if seconds.is_finite() && seconds > 0.0 => Ok(seconds),
-        _ => Err("must be a positive number of seconds".to_owned()),
-    }
+    parse_positive_time(text).map(|time| time.as_secs_f64())
 }

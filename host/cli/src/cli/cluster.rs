@@ -2,6 +2,7 @@
 //!
 //! A build without MPI parses them, to refuse them with the reason, and hides them in its help.
 
+use super::time::parse_time;
 use clap::{Args, ValueEnum};
 use trisect_cluster::Balance;
 use trisect_cluster::devices::NoGpuPolicy;
@@ -47,9 +48,18 @@ pub struct RankArgs {
     #[arg(long, hide = cfg!(not(feature = "mpi")))]
     pub broadcast_scene: bool,
 
-    /// Seconds without a message after which a rank counts as lost (default: 6).
-    #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(2..=86_400), hide = cfg!(not(feature = "mpi")))]
+    /// Time without a message, in whole seconds, after which a rank counts as lost (default: 6s).
+    #[arg(long, value_name = "TIME", value_parser = parse_patience, hide = cfg!(not(feature = "mpi")))]
     pub patience: Option<u64>,
+}
+
+/// Parses a time of 2 s to a day, in whole seconds.
+fn parse_patience(text: &str) -> Result<u64, String> {
+    let time = parse_time(text)?;
+    match (time.subsec_nanos(), time.as_secs()) {
+        (0, seconds @ 2..=86_400) => Ok(seconds),
+        _ => Err("must be whole seconds, from 2s to 24h".to_owned()),
+    }
 }
 
 impl ClusterArgs {

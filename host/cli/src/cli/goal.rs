@@ -1,5 +1,6 @@
 //! Goals of a render other than a number of samples: `--budget`, `--target-error`, `--quality`.
 
+use super::time::parse_time;
 use super::{DenoiseArgs, JobArgs};
 use clap::{Args, ValueEnum};
 use std::time::Duration;
@@ -100,15 +101,6 @@ impl GoalArgs {
     }
 }
 
-pub(super) fn parse_time(text: &str) -> Result<Duration, String> {
-    let units = [("ms", 1e-3), ("s", 1.0), ("m", 60.0), ("h", 3600.0)];
-    let of = |(unit, seconds): (&str, f64)| {
-        let number: f64 = text.strip_suffix(unit)?.trim().parse().ok()?;
-        Duration::try_from_secs_f64(number * seconds).ok()
-    };
-    units.into_iter().find_map(of).ok_or_else(|| "write it as 500ms, 2s, 1.5m or 1h".to_owned())
-}
-
 fn parse_percent(text: &str) -> Result<f64, String> {
     let number = text.strip_suffix('%').unwrap_or(text).trim();
     match number.parse::<f64>() {
@@ -134,13 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn times_and_percents() {
-        assert_eq!(parse_time("500ms"), Ok(Duration::from_millis(500)));
-        assert_eq!(parse_time("2s"), Ok(Duration::from_secs(2)));
-        assert_eq!(parse_time("1.5m"), Ok(Duration::from_secs(90)));
-        for bad in ["", "2", "-1s", "s", "nans", "infs", "1e99h"] {
-            assert!(parse_time(bad).is_err(), "{bad}");
-        }
+    fn percents() {
         assert_eq!(parse_percent("1%"), Ok(0.01));
         assert_eq!(parse_percent("0.5"), Ok(0.005));
         for bad in ["", "0", "100%", "-1%", "nan", "x"] {

@@ -190,12 +190,7 @@ impl ModelArgs {
 
 /// Reads a time in seconds, with or without a unit.
 fn parse_moment(text: &str) -> Result<f64, String> {
-    let units = [("ms", 1e-3), ("s", 1.0), ("m", 60.0), ("", 1.0)];
-    let found = units.iter().find_map(|(unit, seconds)| {
-        let number = text.strip_suffix(unit)?.trim().parse::<f64>().ok()?;
-        Some(number * seconds).filter(|time| time.is_finite())
-    });
-    found.ok_or_else(|| "must be a time such as 1.5, 1.5s, 1500ms or 2m".to_owned())
+    super::time::seconds(text).ok_or_else(|| "must be a time such as 1.5, 1.5s, 1500ms or 2m".to_owned())
 }
 
 /// Option `--allow-outside`.

@@ -43,7 +43,7 @@ pub struct TradeoffArgs {
 
     /// Maximum time of the whole measurement, such as 60s. If it ends the measurement, the report
     /// names what is missing, and the exit code is 7.
-    #[arg(long, value_name = "TIME", value_parser = super::goal::parse_time, default_value = "8m")]
+    #[arg(long, value_name = "TIME", value_parser = super::time::parse_time, default_value = "8m")]
     pub time_limit: Duration,
 
     /// Reference that errors are measured against.
@@ -95,7 +95,7 @@ pub struct ConvergeArgs {
 
     /// Maximum time of the whole measurement, such as 60s, shared equally among the configurations.
     /// If it ends the measurement, what is missing is named, and the exit code is 7.
-    #[arg(long, value_name = "TIME", value_parser = super::goal::parse_time, default_value = "8m")]
+    #[arg(long, value_name = "TIME", value_parser = super::time::parse_time, default_value = "8m")]
     pub time_limit: Duration,
 
     /// Reference that errors are measured against.
