@@ -147,7 +147,7 @@ pub fn records(scene: &Scene) {
         assert!(instance.map().inverse().is_finite(), "{instance:?}");
         assert!(scene.shared.corners(instance).all(|corner| corner.is_finite()), "{instance:?}");
     }
-    for (index, flat) in scene.flats.iter().enumerate() {
+    for (index, flat) in scene.flats.iter().chain(&scene.portals).enumerate() {
         let sizes = [flat.edge_u, flat.edge_v, flat.dual_u, flat.dual_v, flat.normal];
         assert!(sizes.iter().all(|v| v.is_finite()) && sound(flat.area), "{index}: {flat:?}");
     }

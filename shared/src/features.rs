@@ -45,7 +45,7 @@ pub const INSTANCES: Features = 1 << 8;
 
 /// Surfaces that emit.
 pub const EMITTERS: Features = 1 << 9;
-/// Next-event estimation: connections of paths to lights and to the environment map.
+/// Next-event estimation: connections of paths to lights and to the sky.
 pub const NEE: Features = 1 << 10;
 /// With [`NEE`]: connections to point, spot and directional lights.
 pub const PUNCTUAL: Features = 1 << 11;

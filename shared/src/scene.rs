@@ -24,7 +24,7 @@ pub struct Scene<'a> {
     /// Materials, indexed by primitives.
     pub materials: &'a [Packed<Material>],
     /// Planar shapes: primitives from [`first_planar`](crate::params::RenderParams::first_planar)
-    /// on.
+    /// on; then portals, which are none.
     pub planars: &'a [Packed<Planar>],
     /// Triangles: primitives from [`first_triangle`](crate::params::RenderParams::first_triangle)
     /// on.

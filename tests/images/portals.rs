@@ -15,6 +15,8 @@ struct Case {
     lights: &'static str,
     objects: &'static str,
     atmosphere: &'static str,
+    /// True if the door has a portal, too.
+    door: bool,
 }
 
 const GRADIENT: &str = "Gradient(bottom: (0.5, 0.4, 0.3), top: (3, 4, 6))";
@@ -24,12 +26,37 @@ const SUN: &str = "Directional(direction: (0.8, -0.6, 0.1), irradiance: (2, 2, 1
     Point(position: (-0.5, 1.5, 0.6), intensity: (0.3, 0.2, 0.2)),";
 const PANE: &str = "Quad(corner: (-1.05, 0.5, -0.7), u: (0, 1, 0), v: (0, 0, 0.8), material: \"pane\"),";
 
-const CASES: [Case; 5] = [
-    Case { name: "gradient", sky: GRADIENT, lights: "", objects: "", atmosphere: "" },
-    Case { name: "gradient, lights", sky: GRADIENT, lights: SUN, objects: LAMPS, atmosphere: "" },
-    Case { name: "panorama", sky: "Studio(scale: 2)", lights: "", objects: "", atmosphere: "" },
-    Case { name: "panorama, lights, pane", sky: "Studio()", lights: SUN, objects: PANE, atmosphere: "" },
-    Case { name: "fog", sky: "Uniform(radiance: (2, 3, 4))", lights: SUN, objects: "", atmosphere: "fog" },
+/// A large lamp near the wall around the window, which lies in the window's plane.
+const NEAR: &str = "Sphere(center: (-0.6, 1.2, 0.55), radius: 0.3, material: \"lamp\"),";
+
+const CASES: [Case; 6] = [
+    Case { name: "gradient", sky: GRADIENT, lights: "", objects: "", atmosphere: "", door: true },
+    Case { name: "gradient, lights", sky: GRADIENT, lights: SUN, objects: LAMPS, atmosphere: "", door: true },
+    Case { name: "panorama", sky: "Studio(scale: 2)", lights: "", objects: "", atmosphere: "", door: true },
+    Case {
+        name: "panorama, lights, pane",
+        sky: "Studio()",
+        lights: SUN,
+        objects: PANE,
+        atmosphere: "",
+        door: true,
+    },
+    Case {
+        name: "panorama, lamp at the wall",
+        sky: "Studio()",
+        lights: "",
+        objects: NEAR,
+        atmosphere: "",
+        door: false,
+    },
+    Case {
+        name: "fog",
+        sky: "Uniform(radiance: (2, 3, 4))",
+        lights: SUN,
+        objects: "",
+        atmosphere: "fog",
+        door: true,
+    },
 ];
 
 /// Returns the room, with portals in its window and its door, or without.
@@ -50,11 +77,13 @@ fn room(case: &Case, has_portals: bool) -> Scene {
         true => {
             "portals: [
                 (corner: (-1, 0.5, -0.7), u: (0, 1, 0), v: (0, 0, 0.8)),
-                (corner: (0.2, 0, 1), u: (0, 1.4, 0), v: (0.6, 0, 0)),
+                DOOR
             ],"
         }
         false => "",
     };
+    let door = "(corner: (0.2, 0, 1), u: (0, 1.4, 0), v: (0.6, 0, 0)),";
+    let portals = portals.replace("DOOR", if case.door { door } else { "" });
     let text = format!(
         "Scene(
             version: 1,

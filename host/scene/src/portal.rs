@@ -7,7 +7,7 @@ use crate::values::{Coordinate, numbers};
 use glam::DVec3;
 use serde::{Deserialize, Deserializer, de::Error};
 
-/// Maximum number of portals: each connection to the sky looks at all of them.
+/// Maximum number of portals: each connection looks at all of them.
 pub const MAX_PORTALS: usize = 64;
 
 /// A parallelogram in an opening; its front, where u × v points, is on the side of the room.

@@ -30,7 +30,7 @@ pub const POINT: u32 = 1;
 /// Kind of a directional light: infinitely far.
 pub const DIRECTIONAL: u32 = 2;
 
-/// Sampled point of a light or of the environment map. (Vectors begin rows of 16 bytes: naga lays
+/// Sampled point of a light or of the sky. (Vectors begin rows of 16 bytes: naga lays
 /// records out so.)
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug)]
@@ -69,7 +69,7 @@ pub struct ReferencePoint {
     /// Primitive of that surface.
     pub primitive: u32,
     /// Unit shading normal of a surface that reflects alone, on the viewer's side; zero for one
-    /// that light passes. Only a light tree asks for it.
+    /// that light passes. A light tree and portals ask for it.
     pub normal: Vec3,
 }
 

@@ -6,7 +6,7 @@
 use super::ReferencePoint;
 use super::tree::Siblings;
 use crate::buffer::load;
-use crate::math::{max, min, sqrt, unit_f32};
+use crate::math::{max, max_component, min, sqrt, unit_f32};
 use crate::params::RenderParams;
 use crate::planar::Planar;
 use crate::rng::Words;
@@ -22,6 +22,11 @@ const EVEN_SHARE: f32 = 1.0 / 8.0;
 /// Factor of the weight of portals below the horizon: a normal map may turn the horizon.
 const BELOW_HORIZON: f32 = 0.02;
 
+/// Distance from a portal's plane up to which a point counts as behind it, relative to coordinates.
+/// The wall around a window often lies in that plane, and a ray leaves it from a point that is
+/// moved by the rounding of positions, about a tenth of this.
+const IN_PLANE: f32 = 4e-6;
+
 /// Portals as a point sees them.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct View {
@@ -33,12 +38,12 @@ pub(super) struct View {
 }
 
 /// Returns about the solid angle of a portal, times a bound of the cosine at the surface; 0 from
-/// behind and from its plane.
+/// behind and from [near](IN_PLANE) its plane.
 #[inline(always)]
 fn weight(portal: &Planar, from: &ReferencePoint) -> f32 {
     let to = portal.origin + (portal.edge_u + portal.edge_v) * 0.5 - from.point;
     let height = (from.point - portal.origin).dot(portal.normal);
-    if height <= 0.0 {
+    if height <= IN_PLANE * max_component(from.point.abs() + portal.origin.abs()) {
         return 0.0;
     }
     let radius = sqrt(portal.area * (1.0 / PI));

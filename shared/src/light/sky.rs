@@ -24,6 +24,7 @@ const PART_OF_PANORAMA: (f32, f32) = (0.25, 0.75);
 /// which scattering finds well, too.
 const PART_OF_PORTALS: (f32, f32) = (1.0 / 32.0, 0.75);
 
+/// Returns whether the sky is a panorama.
 #[inline(always)]
 fn has_panorama<const POSSIBLE: Features>(features: FeatureSet<POSSIBLE>, params: &RenderParams) -> bool {
     features.has::<ENVIRONMENT>() && params.environment_width > 0
@@ -110,6 +111,15 @@ pub(super) unsafe fn probability<const POSSIBLE: Features>(
     unsafe { probability_seen(features, params, scene, from, view) }
 }
 
+/// pdf of a direction of the sky, per steradian.
+#[derive(Clone, Copy)]
+struct SkyPdf {
+    /// pdf by all ways.
+    all: f32,
+    /// pdf of the choice among portals alone.
+    through_portals: f32,
+}
+
 /// Returns the pdf, per steradian at `from`, with which [`super::sample`] chooses the direction of
 /// `sky`, which [`radiance`] returned.
 ///
@@ -125,18 +135,37 @@ pub unsafe fn pdf<const POSSIBLE: Features>(
     from: &ReferencePoint,
     sky: &EnvironmentSample,
 ) -> f32 {
-    let (mut pdf, mut seen) = (sky.pdf, 0.0);
+    // SAFETY: the caller's promise.
+    unsafe { pdf_by_ways(features, params, scene, from, sky) }.all
+}
+
+/// Returns what [`pdf`] returns, and its part through portals.
+///
+/// # Safety
+///
+/// As [`super::sample`].
+#[inline(always)]
+#[allow(unsafe_code, reason = "see buffer")]
+unsafe fn pdf_by_ways<const POSSIBLE: Features>(
+    features: FeatureSet<POSSIBLE>,
+    params: &RenderParams,
+    scene: Scene,
+    from: &ReferencePoint,
+    sky: &EnvironmentSample,
+) -> SkyPdf {
+    let (mut pdf, mut seen, mut through_portals) = (sky.pdf, 0.0, 0.0);
     if features.has::<PORTALS>() {
         // SAFETY: the caller's promise.
         let view = unsafe { portal::view(params, scene, from, sky.direction) };
-        seen = view.weight;
+        (seen, through_portals) = (view.weight, view.pdf);
         if seen > 0.0 {
             let share = if has_panorama(features, params) { PORTAL_SHARE } else { 1.0 };
             pdf = pdf * (1.0 - share) + view.pdf * share;
         }
     }
     // SAFETY: the caller's promise.
-    pdf * unsafe { probability_seen(features, params, scene, from, seen) }
+    let all = pdf * unsafe { probability_seen(features, params, scene, from, seen) };
+    SkyPdf { all, through_portals }
 }
 
 /// Samples a direction of the sky: `choice` decides between panorama and portals; `random` as
@@ -172,10 +201,10 @@ pub(super) unsafe fn sample<const POSSIBLE: Features>(
         } else {
             environment::sample(params, scene, random)
         };
-        (sky, pdf(features, params, scene, from, &sky))
+        (sky, pdf_by_ways(features, params, scene, from, &sky))
     };
-    if pdf <= 0.0 {
-        // Rounding took the direction past the portal's edge.
+    // Rounding may take the direction past the edge of the portal that it was made for.
+    if pdf.all <= 0.0 || is_chosen && pdf.through_portals <= 0.0 {
         return NO_LIGHT;
     }
     LightSample {
@@ -183,7 +212,7 @@ pub(super) unsafe fn sample<const POSSIBLE: Features>(
         t_max: MISS,
         primitive: NO_PRIMITIVE,
         radiance: sky.radiance,
-        pdf,
+        pdf: pdf.all,
         is_delta: false,
     }
 }

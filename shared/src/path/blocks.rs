@@ -21,7 +21,7 @@ pub(super) fn light(segment: u32) -> u32 {
     segment << KIND_BITS | 1
 }
 
-/// Returns the block for the choice between the environment map and other lights.
+/// Returns the block for the choice between the sky and other lights, and of how to sample the sky.
 #[inline(always)]
 pub(super) fn environment(segment: u32) -> u32 {
     segment << KIND_BITS | 2

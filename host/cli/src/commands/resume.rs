@@ -70,7 +70,7 @@ pub fn command(arguments: &ResumeArgs, header: &Header) -> Result<RenderArgs, Er
     command.job.surroundings.in_folder(&header.folder);
     command.output = arguments.output.clone().unwrap_or_else(|| at(command.output.clone()));
     command.exposure = arguments.exposure.or(command.exposure);
-    command.tonemap = arguments.tonemap.unwrap_or(command.tonemap);
+    command.tonemap = tone_map(arguments.tonemap, command.tonemap, &command.output);
     // The path of statistics is that of the new command; the caller checks the image's path.
     command.log.stats = arguments.log.stats.clone();
     command.job.includes.allow_outside |= arguments.includes.allow_outside;
@@ -116,6 +116,7 @@ pub fn merge(arguments: &MergeArgs) -> Result<ExitCode, Error> {
         return Err(ImageError::UnknownExtension { path: arguments.output.clone() }.into());
     }
     if as_image {
+        arguments.tonemap.map_or(Ok(()), |tone_map| tone_map.check(&arguments.output))?;
         output::probe(&arguments.output)?;
     } else {
         checkpoint::probe(&arguments.output)?;
@@ -143,8 +144,7 @@ pub fn merge(arguments: &MergeArgs) -> Result<ExitCode, Error> {
         exposed.apply(&mut image);
         let background = command.as_ref().map_or(Background::Sky, |command| command.background);
         let of_command = command.as_ref().map_or(ToneMap::None, |command| command.tonemap);
-        let tone_map = arguments.tonemap.unwrap_or(of_command);
-        tone_map.check(&arguments.output)?;
+        let tone_map = tone_map(arguments.tonemap, of_command, &arguments.output);
         tone_map.apply(&mut image, background::alpha_behind(background, &sum.film).as_deref());
         background::write(background, &image, &sum.film, &arguments.output)?;
         if let Some(automatic) = exposed.automatic {
@@ -182,6 +182,13 @@ fn render_command(header: &Header) -> Option<RenderArgs> {
         Ok(Command::Render(command)) => Some(command),
         _ => None,
     }
+}
+
+/// Returns the tone map of an image at `path`: the option's, or that of the render's command if the
+/// format is for a display.
+fn tone_map(given: Option<ToneMap>, of_command: ToneMap, path: &Path) -> ToneMap {
+    let inherited = if of_command.check(path).is_ok() { of_command } else { ToneMap::None };
+    given.unwrap_or(inherited)
 }
 
 /// Returns the exposure of a merged image: `--exposure`, or that of the render's `command`.

@@ -52,13 +52,17 @@ impl ToneMap {
         }
         image.pixels.par_iter_mut().enumerate().for_each(|(index, pixel)| {
             let alpha = alpha.and_then(|alpha| alpha.get(index)).copied().unwrap_or(1.0);
-            if alpha > 0.0 {
+            // A filter may leave light where nothing covers the pixel.
+            if alpha <= 0.0 {
+                *pixel = [0.0; 3];
+            } else {
                 *pixel = self.color(pixel.map(|channel| channel / alpha)).map(|channel| channel * alpha);
             }
         });
     }
 
-    /// Returns the light of a display, linear Rec. 709 from 0 to 1, for a radiance. NaN stays NaN.
+    /// Returns the light of a display, linear Rec. 709, for a radiance: from 0 to 1 by a curve. NaN
+    /// stays NaN.
     pub fn color(self, radiance: [f32; 3]) -> [f32; 3] {
         // Unlike `min` and `max`, `clamp` keeps NaN.
         let bounded = radiance.map(|channel| channel.clamp(0.0, 1e6));
@@ -178,7 +182,7 @@ mod tests {
     fn colours_are_mapped_without_their_alpha() {
         for of in CURVES {
             let whole = of.color([2.0, 1.0, 0.5]);
-            let mut image = Image { width: 2, height: 1, pixels: vec![[1.0, 0.5, 0.25], [0.0; 3]] };
+            let mut image = Image { width: 2, height: 1, pixels: vec![[1.0, 0.5, 0.25], [0.2; 3]] };
             of.apply(&mut image, Some(&[0.5, 0.0]));
             assert_eq!(image.pixels, [whole.map(|channel| channel * 0.5), [0.0; 3]]);
         }

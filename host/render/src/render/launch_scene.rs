@@ -49,11 +49,12 @@ pub(super) struct LaunchScene {
 /// Returns the CRC-32 of BVH and light table.
 fn structures_crc(bvh: &Bvh, lights: &Lights) -> u32 {
     let mut crc = crc32fast::Hasher::new();
-    let parts: [&[u8]; 4] = [
+    let parts: [&[u8]; 5] = [
         bytemuck::bytes_of(&bvh.root.0),
         bytemuck::cast_slice(&bvh.nodes),
         bytemuck::cast_slice(&lights.lights),
         bytemuck::bytes_of(&lights.environment_probability),
+        bytemuck::bytes_of(&lights.sky_strength),
     ];
     parts.into_iter().for_each(|part| crc.update(part));
     crc.finalize()

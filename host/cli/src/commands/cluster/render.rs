@@ -1,5 +1,6 @@
 //! `trisect render --distribute`: renders an image over ranks.
 
+use super::super::background;
 use super::super::checkpointing::{RenderStart, RenderSupervisor};
 use super::super::eprint;
 use super::super::fallback_path::or_fallback_path;
@@ -245,17 +246,20 @@ fn keep(arguments: &RenderArgs, watch: Option<RenderSupervisor>, partial: &Assem
             return;
         }
     }
-    let exposed = |mut image: Image, path: &Path| {
+    let exposed = |mut image: Image, alpha: Option<&[f32]>, path: &Path| {
         arguments.exposure().of(&image, path).apply(&mut image);
-        arguments.tonemap.apply(&mut image, None);
+        arguments.tonemap.apply(&mut image, alpha);
         Ok(output::write(&image, path)?)
     };
     let written = or_fallback_path(&arguments.output, |path| match partial {
         AssembledImage::Bytes { width, height, bytes } => {
             Ok(output::write_bytes(*width, *height, bytes, path)?)
         }
-        AssembledImage::Color(image) => exposed(image.clone(), path),
-        AssembledImage::Film(film) => exposed(film.image(), path),
+        AssembledImage::Color(image) => exposed(image.clone(), None, path),
+        AssembledImage::Film(film) => {
+            let alpha = background::alpha_behind(arguments.background, film);
+            exposed(film.image(), alpha.as_deref(), path)
+        }
     });
     match written {
         Ok(path) => eprint(&format!("wrote the partial image to {}", path.display())),
