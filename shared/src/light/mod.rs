@@ -98,7 +98,7 @@ pub unsafe fn sample<const POSSIBLE: Features>(
         of_sky = unsafe { sky::probability(features, params, scene, &from) };
         if unit_f32(choice.x) < of_sky {
             // SAFETY: a probability above zero means that there is a panorama or a portal.
-            return unsafe { sky::sample(features, params, scene, &from, random, choice.y) };
+            return unsafe { sky::sample(features, params, scene, &from, random, choice.y, of_sky) };
         }
     }
     if !features.has::<{ EMITTERS | PUNCTUAL }>() || params.light_count == 0 {

@@ -111,11 +111,13 @@ pub(super) unsafe fn probability<const POSSIBLE: Features>(
     unsafe { probability_seen(features, params, scene, from, view) }
 }
 
-/// pdf of a direction of the sky, per steradian.
+/// pdf of a direction of the sky, per steradian, where the sky is sampled.
 #[derive(Clone, Copy)]
 struct SkyPdf {
     /// pdf by all ways.
     all: f32,
+    /// [Weight](portal::View::weight) of the portals.
+    view: f32,
     /// pdf of the choice among portals alone.
     through_portals: f32,
 }
@@ -136,10 +138,13 @@ pub unsafe fn pdf<const POSSIBLE: Features>(
     sky: &EnvironmentSample,
 ) -> f32 {
     // SAFETY: the caller's promise.
-    unsafe { pdf_by_ways(features, params, scene, from, sky) }.all
+    unsafe {
+        let pdf = pdf_by_ways(features, params, scene, from, sky);
+        pdf.all * probability_seen(features, params, scene, from, pdf.view)
+    }
 }
 
-/// Returns what [`pdf`] returns, and its part through portals.
+/// Returns what [`pdf`] returns, but for the probability that the sky is sampled.
 ///
 /// # Safety
 ///
@@ -153,23 +158,21 @@ unsafe fn pdf_by_ways<const POSSIBLE: Features>(
     from: &ReferencePoint,
     sky: &EnvironmentSample,
 ) -> SkyPdf {
-    let (mut pdf, mut seen, mut through_portals) = (sky.pdf, 0.0, 0.0);
+    let mut pdf = SkyPdf { all: sky.pdf, view: 0.0, through_portals: 0.0 };
     if features.has::<PORTALS>() {
         // SAFETY: the caller's promise.
         let view = unsafe { portal::view(params, scene, from, sky.direction) };
-        (seen, through_portals) = (view.weight, view.pdf);
-        if seen > 0.0 {
+        (pdf.view, pdf.through_portals) = (view.weight, view.pdf);
+        if view.weight > 0.0 {
             let share = if has_panorama(features, params) { PORTAL_SHARE } else { 1.0 };
-            pdf = pdf * (1.0 - share) + view.pdf * share;
+            pdf.all = sky.pdf * (1.0 - share) + view.pdf * share;
         }
     }
-    // SAFETY: the caller's promise.
-    let all = pdf * unsafe { probability_seen(features, params, scene, from, seen) };
-    SkyPdf { all, through_portals }
+    pdf
 }
 
-/// Samples a direction of the sky: `choice` decides between panorama and portals; `random` as
-/// [`environment::sample`] and [`portal::sample`] use it.
+/// Samples a direction of the sky, which is sampled with this [`probability`]: `choice` decides
+/// between panorama and portals; `random` as [`environment::sample`] and [`portal::sample`] use it.
 ///
 /// # Safety
 ///
@@ -183,6 +186,7 @@ pub(super) unsafe fn sample<const POSSIBLE: Features>(
     from: &ReferencePoint,
     random: Words,
     choice: u32,
+    probability: f32,
 ) -> LightSample {
     let has_panorama = has_panorama(features, params);
     let mut direction = Vec3::ZERO;
@@ -212,7 +216,7 @@ pub(super) unsafe fn sample<const POSSIBLE: Features>(
         t_max: MISS,
         primitive: NO_PRIMITIVE,
         radiance: sky.radiance,
-        pdf: pdf.all,
+        pdf: pdf.all * probability,
         is_delta: false,
     }
 }
