@@ -195,7 +195,7 @@ fn mistakes_are_named() {
     let split = ["render", "--checkpoint", &new, "--spp", "512", "--sample-range", "0..100", "-o", &out];
     fails(&split, 2, &["split a chunk"]);
     assert!(!fs::exists(&new).unwrap(), "what failed at once leaves nothing behind");
-    fails(&["merge", &file, "-o", &folder.file("sum.jpg")], 2, &["sum.jpg"]);
+    fails(&["merge", &file, "-o", &folder.file("sum.gif")], 2, &["sum.gif"]);
     fails(&["render", "--checkpoint", "/nowhere/a.ckpt"], 1, &["/nowhere/a.ckpt"]);
     fails(&["render", "--checkpoint", "/dev/null"], 1, &["/dev/null", "not a regular file"]);
     fails(&["merge", &file, "-o", &file], 2, &["a.ckpt", "-o would overwrite"]);

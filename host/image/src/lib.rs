@@ -1,4 +1,5 @@
-//! Images in memory, their reading from PNG, JPEG, TIFF, EXR, HDR and PFM files, and images for textures.
+//! Images in memory, their reading from PNG, JPEG, TIFF, EXR, HDR and PFM files, and images for
+//! textures.
 
 mod bounds;
 mod exr;

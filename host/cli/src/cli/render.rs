@@ -44,8 +44,8 @@ pub struct RenderArgs {
     pub checkpointing: CheckpointArgs,
 
     /// Additional layers of an .exr, separated by commas: normal, position, albedo, depth, id,
-    /// variance, samples, cryptomatte (objects and materials). Position and depth are in scene units
-    /// (default: none).
+    /// variance, samples, cryptomatte (mattes of objects and materials). Position and depth are in
+    /// scene units (default: none).
     #[arg(long, value_name = "LAYERS", value_delimiter = ',', value_parser = parse_aov)]
     pub aov: Vec<Aov>,
 

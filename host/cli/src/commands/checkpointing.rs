@@ -209,6 +209,7 @@ impl RenderStart {
                 spp,
                 samples: samples.clone(),
                 seconds: 0.0,
+                camera: Some(session.camera_metadata()),
             }),
             None => None,
         };

@@ -32,7 +32,8 @@ use crate::cli::{CheckpointArgs, ClusterArgs, FallbackArg, JobArgs, MetadataArg,
 use std::thread;
 use std::time::Instant;
 use trisect::device::{self, Choice, Selection};
-use trisect::output::Outputs;
+use trisect::metadata;
+use trisect::output::{CameraMetadata, Outputs};
 use trisect::precision;
 use trisect::render::{KernelFeatures, MathMode, PreparedScene, Renderer, Settings, Summation};
 use trisect::scene::{PartName, Rebase, Scene, SceneDocument, SceneError};
@@ -225,6 +226,12 @@ impl Session {
         let spare =
             keep.fallback.map(|_| loaded).filter(|_| session.renderer.device().info().backend != "cpu");
         Ok(Self { digest, fallback_scene: spare, ..session })
+    }
+
+    /// Returns the camera of the image, for its file.
+    pub fn camera_metadata(&self) -> CameraMetadata {
+        let Settings { width, height, .. } = self.settings;
+        metadata::camera(&self.renderer.camera(&self.settings), self.space, (width, height))
     }
 
     /// Returns the opened session, or with `--fallback` one on the CPU if the device cannot be

@@ -200,6 +200,7 @@ fn write_image(arguments: &MergeArgs, sum: &Checkpoint) -> Result<(), Error> {
         let samples = film.counts().samples as f64 / film.pixels.len().max(1) as f64;
         let mut metadata = metadata::of_image(&sum.header.scene, samples, &fingerprint);
         metadata::add_display(&mut metadata, exposed.stops, file.tone_map());
+        metadata.camera = sum.header.camera;
         encoding.metadata = metadata;
     }
     background::write(background, &image, film, Vec::new(), (path, &encoding))?;

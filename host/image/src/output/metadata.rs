@@ -1,5 +1,7 @@
 //! Text about a render in its image file.
 
+use serde::{Deserialize, Serialize};
+
 /// Entries about a render, which PNG, JPEG, TIFF and EXR files hold; HDR and PFM have no place for
 /// them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -16,7 +18,7 @@ pub struct Metadata {
 
 /// Camera of an image, as attributes of OpenEXR. Matrices multiply row vectors from the right, as
 /// those of OpenEXR do; lengths are in scene units.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CameraMetadata {
     /// From world coordinates to those of the camera: x to the right, y upwards, z backwards.
     pub world_to_camera: [[f32; 4]; 4],

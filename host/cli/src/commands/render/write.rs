@@ -244,7 +244,6 @@ fn metadata(arguments: &RenderArgs, session: &Session, stats: &RenderStats) -> M
     if choice == MetadataArg::All {
         metadata::add_run(&mut metadata, stats);
     }
-    let camera = session.renderer.camera(settings);
-    metadata.camera = Some(metadata::camera(&camera, session.space, (settings.width, settings.height)));
+    metadata.camera = Some(session.camera_metadata());
     metadata
 }
