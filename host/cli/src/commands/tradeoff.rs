@@ -2,7 +2,7 @@
 //! fall with the number of samples.
 
 use super::lab::{LabSupervisor, exit_code};
-use super::{Loaded, eprint, open, print};
+use super::{Loaded, eprint, given_options, open, print};
 use crate::cli::{ConvergeArgs, JobArgs, ReferenceArgs, TradeoffArgs};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -15,7 +15,7 @@ use trisect::scene::Scene;
 use trisect_lab::Error;
 use trisect_lab::tradeoff::{
     Configuration, Convergence, ConvergencePlan, Fit, KNOBS, Lab, REFERENCE_SHARE, Reference, ReferenceInfo,
-    Supervisor, Sweep, TradeoffError, check_seeds, configurations, fit, is_output,
+    RenderCommand, Supervisor, Sweep, TradeoffError, check_seeds, configurations, fit, is_output,
 };
 
 /// Error target that no reference reaches, so that all its samples are rendered.
@@ -108,7 +108,8 @@ pub fn run(arguments: &TradeoffArgs) -> Result<ExitCode, Error> {
     let goal = (goal, REFERENCE_SHARE);
     let reference = lab.reference(&base, goal, &cache, &mut supervisor)?;
     tell(reference.as_ref(), &mut supervisor);
-    let sweep = Sweep { configurations: &modes, levels: &levels, seeds, flips };
+    let command = base_command(&arguments.job);
+    let sweep = Sweep { configurations: &modes, levels: &levels, seeds, flips, command: &command };
     let (mut found, pictures) = lab.measure(&sweep, reference.as_ref(), &mut supervisor)?;
     supervisor.finish();
     found.seconds = supervisor.elapsed().as_secs_f64();
@@ -158,6 +159,14 @@ pub fn follow(arguments: &ConvergeArgs) -> Result<ExitCode, Error> {
     }
     print(&if arguments.json { json()? } else { found.summary() })?;
     Ok(exit_code(found.ended))
+}
+
+/// Returns the command that renders the base, without its number of samples.
+fn base_command(job: &JobArgs) -> RenderCommand {
+    RenderCommand {
+        scene: job.scene.as_ref().map(|scene| scene.display().to_string()),
+        options: given_options::of_job("tradeoff", &["spp"]),
+    }
 }
 
 /// Reports the reference's number of samples and its own error.

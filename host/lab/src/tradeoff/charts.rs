@@ -2,7 +2,8 @@
 
 use super::point::{Point as Found, Tradeoff};
 use super::reference::ReferenceInfo;
-use crate::plot::{Axis, Chart, Plot, Point, Series};
+use crate::page::{Figure, Mark, Marks, inline};
+use crate::plot::{Axis, Chart, Plot, Point, Series, number};
 
 /// Names of the configurations with a line in the chart, in the order of their colours.
 const SHOWN: [&str; 8] = [
@@ -82,4 +83,45 @@ pub(super) fn front(found: &Tradeoff) -> Chart {
         y: Axis::log("relative error, %"),
         series: all.into_iter().flatten().collect(),
     })
+}
+
+/// Returns the chart of all points for a page: with the figures of each point in its tooltip, and
+/// labels on the Pareto front.
+pub(super) fn inline_front(found: &Tradeoff) -> String {
+    let mark = |point: &Found| Mark {
+        x: point.seconds.all.median,
+        y: 100.0 * point.relative_error(),
+        hollow: point.errors.bias().is_seen(),
+        tip: format!(
+            "{}\n{}\n{}, FLIP {}\n{}",
+            point.title(),
+            point.cost(),
+            point.errors.bias(),
+            number(point.errors.flip.value),
+            point.verdict()
+        ),
+        label: point.on_front.then(|| point.title()),
+    };
+    let series = |name: &str, style, line: bool, points: Vec<Mark>| Marks {
+        name: name.to_owned(),
+        style,
+        marks: !line,
+        line,
+        points,
+    };
+    let of = |biased: bool| -> Vec<Mark> {
+        found.points.iter().filter(|p| p.errors.bias().is_seen() == biased).map(mark).collect()
+    };
+    let mut front: Vec<Mark> = found.points.iter().filter(|point| point.on_front).map(mark).collect();
+    front.sort_by(|a, b| a.x.total_cmp(&b.x));
+    front.iter_mut().for_each(|mark| mark.label = None);
+    let (x, y) = (Axis::log("time of a render, s"), Axis::log("relative error, %"));
+    let title = format!("Time and error of all settings for {}", found.scene);
+    let all = [
+        series("Pareto front", 2, true, front),
+        series("no bias seen", 0, false, of(false)),
+        series("biased", 1, false, of(true)),
+    ];
+    let series = all.into_iter().filter(|series| !series.points.is_empty()).collect();
+    inline(&Figure { title: &title, x: &x, y: &y, series })
 }

@@ -1,11 +1,13 @@
 //! Measures each configuration with each number of samples and several seeds.
 
+use super::command::RenderCommand;
 use super::configuration::Configuration;
 use super::errors::{self, Errors};
 use super::front;
 use super::lab::{FIRST_SEED, ImageTiming, Lab};
-use super::picture::{Picture, Pictures};
+use super::picture::Pictures;
 use super::point::{FORMAT, Missing, Point, Seconds, Tradeoff, VsBase};
+use super::recommend::recommend;
 use super::reference::{Reference, Truth};
 use super::supervisor::{Supervisor, check, was_stopped};
 use super::{Stop, TradeoffError, check_seeds};
@@ -33,6 +35,17 @@ pub struct Sweep<'a> {
     pub seeds: usize,
     /// Repetitions for which FLIP is computed.
     pub flips: usize,
+    /// Command that renders the base.
+    pub command: &'a RenderCommand,
+}
+
+/// Measured point with what its picture is made of.
+struct MeasuredPoint {
+    point: Point,
+    /// Image of the first seed.
+    image: Image,
+    /// FLIP errors of that image, by pixel.
+    flip: Vec<f32>,
 }
 
 /// Results of a sweep so far.
@@ -107,6 +120,7 @@ impl Lab<'_> {
             seeds: sweep.seeds,
             drift,
             slopes: front::slopes(&points),
+            recommended: recommend(&points),
             points,
             missing,
             ended,
@@ -148,14 +162,13 @@ impl Lab<'_> {
                     }
                     Err(error) => return Err(error),
                 }
-                let (mut point, first) = self.point(mode, spp, sweep, &truth, supervisor)?;
+                let measured = self.point(mode, spp, sweep, &truth, supervisor)?;
+                let MeasuredPoint { mut point, image, flip } = measured;
                 point.exact = mode.is_exact(base, !self.scene.lights.is_empty());
+                point.command = sweep.command.line(base, mode, spp);
                 supervisor.report(&point.line());
-                found.points.push((index, point.clone()));
-                if level + 1 == sweep.levels.len() {
-                    check(supervisor)?;
-                    found.pictures.add(&point, Picture::of(&first, &truth)?);
-                }
+                found.pictures.add(&point, &image, &flip, &truth);
+                found.points.push((index, point));
                 let as_built = (mode.quality, mode.nearest) == (base.quality, base.nearest);
                 if as_built && index % CONFIGURATIONS_PER_EPOCH == 0 {
                     let epoch = self.base_again(base, spp, supervisor)?;
@@ -180,7 +193,7 @@ impl Lab<'_> {
         Ok(Summary::of(&times).map_or(f64::NAN, |summary| summary.median.ln()))
     }
 
-    /// Measures a configuration with a number of samples. Also returns the image of the first seed.
+    /// Measures a configuration with a number of samples.
     fn point(
         &mut self,
         mode: &Configuration,
@@ -188,14 +201,14 @@ impl Lab<'_> {
         sweep: &Sweep,
         truth: &Truth,
         supervisor: &mut dyn Supervisor,
-    ) -> Result<(Point, Image), Error> {
+    ) -> Result<MeasuredPoint, Error> {
         let (mut images, mut took) = (Vec::new(), Vec::new());
         for index in 0..sweep.seeds as u32 {
             let (image, times) = self.image(mode, spp, FIRST_SEED + index, supervisor)?;
             images.push(image);
             took.push(times);
         }
-        let flips = errors::flips(&images, truth, sweep.flips, supervisor)?;
+        let (flips, flip) = errors::flips(&images, truth, sweep.flips, supervisor)?;
         let errors = Errors::of(&images, truth, &flips)?;
         let each: Vec<f64> = took.iter().map(ImageTiming::all).collect();
         let all = Summary::of(&each).unwrap_or(Summary::NOTHING);
@@ -211,9 +224,10 @@ impl Lab<'_> {
         };
         let efficiency = errors.efficiency(seconds.all.median);
         let (knob, level) = (mode.knob.to_owned(), mode.level.clone());
-        let (exact, against, on_front) = (false, None, false);
-        let point = Point { knob, level, exact, spp, seconds, errors, efficiency, against, on_front };
-        Ok((point, images.swap_remove(0)))
+        let (exact, against, on_front, command) = (false, None, false, None);
+        let point =
+            Point { knob, level, exact, spp, seconds, errors, efficiency, against, on_front, command };
+        Ok(MeasuredPoint { point, image: images.swap_remove(0), flip })
     }
 }
 

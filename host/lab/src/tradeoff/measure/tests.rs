@@ -37,7 +37,13 @@ fn measured(supervisor: &mut Scripted) -> (Tradeoff, Pictures) {
     let settings = &modes[0].settings;
     let reference =
         Reference::render(lab.renderer(&modes[0]).unwrap(), &scene, settings, None, GOAL, &mut ()).unwrap();
-    let sweep = Sweep { configurations: &modes, levels: &LEVELS, seeds: 4, flips: 1 };
+    let sweep = Sweep {
+        configurations: &modes,
+        levels: &LEVELS,
+        seeds: 4,
+        flips: 1,
+        command: &RenderCommand::default(),
+    };
     lab.measure(&sweep, Some(&reference), supervisor).unwrap()
 }
 
@@ -88,7 +94,13 @@ fn a_report_of_nothing_names_everything() {
     assert_eq!(lab.pace(&modes[0], &mut supervisor).unwrap(), (f64::INFINITY, 0.0));
     let reference = lab.reference(&modes[0], (GOAL, 0.5), &folder, &mut supervisor).unwrap();
     assert!(reference.is_none());
-    let sweep = Sweep { configurations: &modes, levels: &LEVELS, seeds: 4, flips: 1 };
+    let sweep = Sweep {
+        configurations: &modes,
+        levels: &LEVELS,
+        seeds: 4,
+        flips: 1,
+        command: &RenderCommand::default(),
+    };
     let (found, pictures) = lab.measure(&sweep, None, &mut supervisor).unwrap();
     assert_eq!((found.points.len(), found.ended), (0, Some(Stop::OutOfTime)));
     assert_eq!(supervisor.done, 0, "something was rendered");

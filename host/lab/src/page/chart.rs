@@ -1,0 +1,343 @@
+//! Charts inside a page: as SVG with the page's colours, a tooltip for each point, and labels.
+
+use super::escape;
+use super::labels::{self, Area};
+use crate::plot::{Axis, Bars, Plot, Ticks, number};
+use std::fmt::Write;
+
+/// Size of a chart in its own units.
+const SIZE: (f64, f64) = (960.0, 480.0);
+
+/// Frame of the plot: left, top, right, bottom.
+const FRAME: Area = [78.0, 14.0, 944.0, 424.0];
+
+/// Point of a chart.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Mark {
+    /// Value on the horizontal axis.
+    pub x: f64,
+    /// Value on the vertical axis.
+    pub y: f64,
+    /// True if the mark is hollow.
+    pub hollow: bool,
+    /// Text of the tooltip; may have several lines.
+    pub tip: String,
+    /// Label beside the point, if any.
+    pub label: Option<String>,
+}
+
+/// Points that belong together.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Marks {
+    /// Name in the legend.
+    pub name: String,
+    /// Index of colour and shape, as in [`crate::plot::Series`].
+    pub style: usize,
+    /// True if each point has a mark.
+    pub marks: bool,
+    /// True if a line joins the points.
+    pub line: bool,
+    /// Points in the order of the line.
+    pub points: Vec<Mark>,
+}
+
+/// Chart with two axes.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Figure<'a> {
+    /// Title, for those who do not see the chart.
+    pub title: &'a str,
+    /// Horizontal axis.
+    pub x: &'a Axis,
+    /// Vertical axis.
+    pub y: &'a Axis,
+    /// Series, in the order of the legend.
+    pub series: Vec<Marks>,
+}
+
+/// Returns the path of a mark around a place. Its shape depends on the style, so that series differ
+/// in more than colour.
+fn shape(style: usize, x: f64, y: f64) -> String {
+    let r = 5.0;
+    let corners: &[(f64, f64)] = match style % 7 {
+        0 => {
+            let left = x - r;
+            return format!("M{left:.1} {y:.1}a{r} {r} 0 1 0 {0} 0a{r} {r} 0 1 0 -{0} 0z", 2.0 * r);
+        }
+        1 => &[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)],
+        2 => &[(0.0, -1.1), (1.1, 0.9), (-1.1, 0.9)],
+        3 => &[(0.0, -1.2), (1.2, 0.0), (0.0, 1.2), (-1.2, 0.0)],
+        4 => &[(0.0, 1.1), (1.1, -0.9), (-1.1, -0.9)],
+        5 => &[(-1.1, 0.0), (0.9, 1.1), (0.9, -1.1)],
+        _ => &[(1.1, 0.0), (-0.9, 1.1), (-0.9, -1.1)],
+    };
+    let places: Vec<String> =
+        corners.iter().map(|(a, b)| format!("{:.1} {:.1}", x + a * r, y + b * r)).collect();
+    format!("M{}z", places.join("L"))
+}
+
+/// Returns a place along an edge of the frame.
+fn along(ticks: &Ticks, value: f64, [from, to]: [f64; 2]) -> f64 {
+    from + (value - ticks.low) / (ticks.high - ticks.low) * (to - from)
+}
+
+/// Returns a chart as a `figure`.
+pub(crate) fn inline(figure: &Figure) -> String {
+    let (across, down) = ([FRAME[0], FRAME[2]], [FRAME[3], FRAME[1]]);
+    let points = || figure.series.iter().flat_map(|series| &series.points);
+    let x = figure.x.scale.ticks(points().map(|point| point.x));
+    let y = figure.y.scale.ticks(points().map(|point| point.y));
+    let mut svg = start(figure.title);
+    for &place in &x.places {
+        let at = along(&x, place, across);
+        let _ = writeln!(
+            svg,
+            "<path class=\"grid\" d=\"M{at:.1} {}V{}\"/><text x=\"{at:.1}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
+            FRAME[1],
+            FRAME[3],
+            FRAME[3] + 18.0,
+            escape(&figure.x.scale.label(place))
+        );
+    }
+    for &place in &y.places {
+        let at = along(&y, place, down);
+        let _ = writeln!(
+            svg,
+            "<path class=\"grid\" d=\"M{} {at:.1}H{}\"/><text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
+            FRAME[0],
+            FRAME[2],
+            FRAME[0] - 8.0,
+            at + 4.0,
+            escape(&figure.y.scale.label(place))
+        );
+    }
+    let _ = writeln!(
+        svg,
+        "<path class=\"axis\" d=\"M{} {}V{}H{}\"/><text x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\
+         <text transform=\"translate(16 {}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
+        FRAME[0],
+        FRAME[1],
+        FRAME[3],
+        FRAME[2],
+        0.5 * (FRAME[0] + FRAME[2]),
+        FRAME[3] + 42.0,
+        escape(&figure.x.label),
+        0.5 * (FRAME[1] + FRAME[3]),
+        escape(&figure.y.label)
+    );
+    let shows = |point: &&Mark| figure.x.scale.shows(point.x) && figure.y.scale.shows(point.y);
+    let place = |point: &Mark| {
+        let (x, y) =
+            (along(&x, figure.x.scale.map(point.x), across), along(&y, figure.y.scale.map(point.y), down));
+        (x, y)
+    };
+    for series in figure.series.iter().filter(|series| series.line) {
+        let places: Vec<String> = series
+            .points
+            .iter()
+            .filter(shows)
+            .map(|point| {
+                let (x, y) = place(point);
+                format!("{x:.1} {y:.1}")
+            })
+            .collect();
+        if places.len() > 1 {
+            let _ = writeln!(svg, "<path class=\"line s{}\" d=\"M{}\"/>", series.style % 7, places.join("L"));
+        }
+    }
+    let named: Vec<(f64, f64, &str)> = points()
+        .filter(shows)
+        .filter_map(|point| {
+            let (x, y) = place(point);
+            Some((x, y, point.label.as_deref()?))
+        })
+        .collect();
+    for (&(x, y, text), placed) in named.iter().zip(labels::place(&named, &FRAME)) {
+        let Some(placed) = placed else { continue };
+        if placed.is_far {
+            let [left, top, right, bottom] = placed.area;
+            let (to_x, to_y) = (x.clamp(left, right), y.clamp(top, bottom));
+            let _ = writeln!(svg, "<path class=\"leader\" d=\"M{x:.1} {y:.1}L{to_x:.1} {to_y:.1}\"/>");
+        }
+        let text = escape(text);
+        let _ =
+            writeln!(svg, "<text class=\"name\" x=\"{:.1}\" y=\"{:.1}\">{text}</text>", placed.x, placed.y);
+    }
+    for series in figure.series.iter().filter(|series| series.marks) {
+        for point in series.points.iter().filter(shows) {
+            let (x, y) = place(point);
+            let _ = writeln!(svg, "{}", mark(series.style, (x, y), point.hollow, &point.tip));
+        }
+    }
+    finish(svg, &figure.series)
+}
+
+fn start(title: &str) -> String {
+    let (width, height) = SIZE;
+    let title = escape(title);
+    format!(
+        "<figure class=\"chart\"><svg viewBox=\"0 0 {width} {height}\" role=\"group\" aria-label=\"{title}\">\n"
+    )
+}
+
+fn mark(style: usize, (x, y): (f64, f64), hollow: bool, tip: &str) -> String {
+    let hollow = if hollow { " hollow" } else { "" };
+    format!(
+        "<g class=\"point\" role=\"img\" data-x=\"{x:.1}\"><title>{}</title>\
+         <path class=\"mark s{}{hollow}\" d=\"{}\"/></g>",
+        escape(tip),
+        style % 7,
+        shape(style, x, y)
+    )
+}
+
+/// Ends a chart, with a legend if there are several series.
+fn finish(svg: String, series: &[Marks]) -> String {
+    let mut html = svg + "</svg>\n";
+    if series.len() > 1 {
+        html.push_str("<ul class=\"legend\">\n");
+        for series in series {
+            let style = series.style % 7;
+            let line = if series.line {
+                format!("<path class=\"line s{style}\" d=\"M0 7H26\"/>")
+            } else {
+                String::new()
+            };
+            let mark = match series.marks {
+                true => format!("<path class=\"mark s{style}\" d=\"{}\"/>", shape(series.style, 13.0, 7.0)),
+                false => String::new(),
+            };
+            let name = escape(&series.name);
+            let _ = writeln!(
+                html,
+                "<li><svg viewBox=\"0 0 26 14\" aria-hidden=\"true\">{line}{mark}</svg>{name}</li>"
+            );
+        }
+        html.push_str("</ul>\n");
+    }
+    html + "</figure>"
+}
+
+impl<'a> Figure<'a> {
+    /// Returns a plot as a chart of a page. A point's tooltip has its series and both values.
+    pub fn of(plot: &'a Plot) -> Self {
+        let series = |series: &crate::plot::Series| {
+            let mark = |point: &crate::plot::Point| {
+                let (x, y) = (number(point.x), number(point.y));
+                let tip = format!("{}\n{}: {x}\n{}: {y}", series.name, plot.x.label, plot.y.label);
+                Mark { x: point.x, y: point.y, hollow: point.hollow, tip, label: None }
+            };
+            Marks {
+                name: series.name.clone(),
+                style: series.style,
+                marks: series.marks,
+                line: series.line,
+                points: series.points.iter().map(mark).collect(),
+            }
+        };
+        Self { title: &plot.title, x: &plot.x, y: &plot.y, series: plot.series.iter().map(series).collect() }
+    }
+}
+
+/// Returns a plot or a bar chart as a `figure`.
+pub(crate) fn inline_plot(chart: &crate::plot::Chart) -> String {
+    match chart {
+        crate::plot::Chart::Plot(plot) => inline(&Figure::of(plot)),
+        crate::plot::Chart::Bars(all) => bars(all),
+    }
+}
+
+fn bars(bars: &Bars) -> String {
+    let greatest = bars.bars.iter().map(|bar| bar.1).filter(|value| value.is_finite()).fold(0.0, f64::max);
+    let (left, right, step) = (240.0, SIZE.0 - 110.0, 44.0);
+    let height = step * bars.bars.len() as f64 + 40.0;
+    let mut svg = format!(
+        "<figure class=\"chart\"><svg viewBox=\"0 0 {} {height}\" role=\"group\" aria-label=\"{}\">\n",
+        SIZE.0,
+        escape(&bars.title)
+    );
+    for (index, (name, value)) in bars.bars.iter().enumerate() {
+        let top = step * index as f64 + 8.0;
+        let share = if greatest > 0.0 && value.is_finite() { (value / greatest).max(0.0) } else { 0.0 };
+        let (width, middle) = (share * (right - left), top + 18.0);
+        let (name, value) = (escape(name), number(*value));
+        let _ = writeln!(
+            svg,
+            "<text x=\"{}\" y=\"{middle}\" text-anchor=\"end\">{name}</text><g class=\"point\" role=\"img\" \
+             data-x=\"{index}\"><title>{name}\n{}: {value}</title><path class=\"mark s0\" \
+             d=\"M{left} {top}h{width:.1}v28h-{width:.1}z\"/></g><text x=\"{:.1}\" y=\"{middle}\">{value}</text>",
+            left - 10.0,
+            escape(&bars.label),
+            left + width + 8.0
+        );
+    }
+    let _ = writeln!(
+        svg,
+        "<path class=\"axis\" d=\"M{left} 2V{}\"/><text x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
+        height - 34.0,
+        0.5 * (left + right),
+        height - 10.0,
+        escape(&bars.label)
+    );
+    svg + "</svg>\n</figure>"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Document, check};
+    use super::*;
+    use crate::plot::{Chart, Point, Series};
+
+    fn page(html: &str) -> String {
+        let mut page = Document::new("chart");
+        page.add(html);
+        let page = page.finish();
+        check(&page).unwrap_or_else(|fault| panic!("{fault}"));
+        page
+    }
+
+    #[test]
+    fn points_have_tooltips_and_labels() {
+        let mark = |x: f64, y: f64, label: Option<&str>| Mark {
+            x,
+            y,
+            hollow: label.is_none(),
+            tip: format!("<{x}>\n{y} %"),
+            label: label.map(str::to_owned),
+        };
+        let points =
+            vec![mark(0.1, 30.0, Some("a & b")), mark(1.0, 10.0, None), mark(f64::NAN, 1.0, Some("no"))];
+        let series = Marks { name: "one".to_owned(), style: 1, marks: true, line: true, points };
+        let other = Marks { name: "two".to_owned(), points: Vec::new(), ..series.clone() };
+        let (x, y) = (Axis::log("seconds"), Axis::log("error, %"));
+        let figure = Figure { title: "a \"chart\"", x: &x, y: &y, series: vec![series, other] };
+        let page = page(&inline(&figure));
+        assert_eq!(page.matches("class=\"point\"").count(), 2, "the point without a place is left out");
+        assert!(page.contains("<title>&lt;0.1&gt;\n30 %</title>") && page.contains(">a &amp; b</text>"));
+        assert!(page.contains(">error, %</text>") && page.contains(">seconds</text>"));
+        assert!(page.contains("mark s1 hollow") && page.contains("</svg>one</li>"));
+        assert!(!page.contains("fill=\"#") && !page.contains("stroke=\"#"), "a colour of its own");
+    }
+
+    #[test]
+    fn plots_and_bars() {
+        let point = Point { x: 1.0, y: 2.0, hollow: false };
+        let plot = Plot {
+            title: "plot".to_owned(),
+            notes: Vec::new(),
+            x: Axis::linear("samples"),
+            y: Axis::linear("time, ms"),
+            series: vec![Series::measured("median", 0, [(point.x, point.y)])],
+        };
+        assert!(
+            page(&inline_plot(&Chart::Plot(plot))).contains("<title>median\nsamples: 1\ntime, ms: 2</title>")
+        );
+        let all = [("<a>", 4.0), ("b", f64::NAN), ("c", -1.0)];
+        let bars = Bars {
+            title: "bars".to_owned(),
+            notes: Vec::new(),
+            label: "ratio, ×".to_owned(),
+            bars: all.map(|(name, value)| (name.to_owned(), value)).to_vec(),
+        };
+        assert!(page(&inline_plot(&Chart::Bars(bars))).contains("<title>&lt;a&gt;\nratio, ×: 4</title>"));
+    }
+}
