@@ -2,7 +2,7 @@
 
 use super::escape;
 use super::labels::{self, Area};
-use crate::plot::{Axis, Bars, Plot, Ticks, number};
+use crate::plot::{Axis, Bars, Plot, Scale, Ticks, number};
 use std::fmt::Write;
 
 /// Size of a chart in its own units.
@@ -75,100 +75,128 @@ fn shape(style: usize, x: f64, y: f64) -> String {
     format!("M{}z", places.join("L"))
 }
 
-/// Returns a place along an edge of the frame.
-fn along(ticks: &Ticks, value: f64, [from, to]: [f64; 2]) -> f64 {
-    from + (value - ticks.low) / (ticks.high - ticks.low) * (to - from)
+/// An axis with its ticks, along an edge of the frame.
+struct Edge<'a> {
+    axis: &'a Axis,
+    ticks: Ticks,
+    /// Places of the low and the high end in the chart.
+    ends: [f64; 2],
+}
+
+impl<'a> Edge<'a> {
+    /// Makes an axis that the values fill: a logarithmic one ends near the least and the greatest.
+    fn new(axis: &'a Axis, values: impl Iterator<Item = f64>, ends: [f64; 2]) -> Self {
+        let shown: Vec<f64> = values.filter(|&value| axis.scale.shows(value)).collect();
+        let mut ticks = axis.scale.ticks(shown.iter().copied());
+        if axis.scale == Scale::Log && !shown.is_empty() {
+            let least = shown.iter().copied().fold(f64::INFINITY, f64::min).log10();
+            let greatest = shown.iter().copied().fold(0.0, f64::max).log10();
+            let margin = 0.05 * (greatest - least) + 0.02;
+            let (low, high) = ((least - margin).max(ticks.low), (greatest + margin).min(ticks.high));
+            let inside = ticks.places.iter().filter(|&&place| (low..=high).contains(&place)).count();
+            if inside >= 2 {
+                (ticks.low, ticks.high) = (low, high);
+                ticks.places.retain(|place| (low..=high).contains(place));
+            }
+        }
+        Self { axis, ticks, ends }
+    }
+
+    /// Returns the place of a value; `None` for one that the axis cannot show.
+    fn place(&self, value: f64) -> Option<f64> {
+        self.axis.scale.shows(value).then(|| self.along(self.axis.scale.map(value)))
+    }
+
+    fn along(&self, mapped: f64) -> f64 {
+        let share = (mapped - self.ticks.low) / (self.ticks.high - self.ticks.low);
+        self.ends[0] + share * (self.ends[1] - self.ends[0])
+    }
+
+    /// Returns the places of the ticks with their labels.
+    fn labels(&self) -> impl Iterator<Item = (f64, String)> {
+        let label = |place: &f64| (self.along(*place), escape(&self.axis.scale.label(*place)));
+        self.ticks.places.iter().map(label)
+    }
 }
 
 /// Returns a chart as a `figure`.
 pub(crate) fn inline(figure: &Figure) -> String {
-    let (across, down) = ([FRAME[0], FRAME[2]], [FRAME[3], FRAME[1]]);
     let points = || figure.series.iter().flat_map(|series| &series.points);
-    let x = figure.x.scale.ticks(points().map(|point| point.x));
-    let y = figure.y.scale.ticks(points().map(|point| point.y));
-    let mut svg = start(figure.title);
-    for &place in &x.places {
-        let at = along(&x, place, across);
-        let _ = writeln!(
-            svg,
-            "<path class=\"grid\" d=\"M{at:.1} {}V{}\"/><text x=\"{at:.1}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
-            FRAME[1],
-            FRAME[3],
-            FRAME[3] + 18.0,
-            escape(&figure.x.scale.label(place))
-        );
-    }
-    for &place in &y.places {
-        let at = along(&y, place, down);
-        let _ = writeln!(
-            svg,
-            "<path class=\"grid\" d=\"M{} {at:.1}H{}\"/><text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
-            FRAME[0],
-            FRAME[2],
-            FRAME[0] - 8.0,
-            at + 4.0,
-            escape(&figure.y.scale.label(place))
-        );
-    }
-    let _ = writeln!(
-        svg,
-        "<path class=\"axis\" d=\"M{} {}V{}H{}\"/><text x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\
-         <text transform=\"translate(16 {}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
-        FRAME[0],
-        FRAME[1],
-        FRAME[3],
-        FRAME[2],
-        0.5 * (FRAME[0] + FRAME[2]),
-        FRAME[3] + 42.0,
-        escape(&figure.x.label),
-        0.5 * (FRAME[1] + FRAME[3]),
-        escape(&figure.y.label)
-    );
-    let shows = |point: &&Mark| figure.x.scale.shows(point.x) && figure.y.scale.shows(point.y);
-    let place = |point: &Mark| {
-        let (x, y) =
-            (along(&x, figure.x.scale.map(point.x), across), along(&y, figure.y.scale.map(point.y), down));
-        (x, y)
-    };
+    let x = Edge::new(figure.x, points().map(|point| point.x), [FRAME[0], FRAME[2]]);
+    let y = Edge::new(figure.y, points().map(|point| point.y), [FRAME[3], FRAME[1]]);
+    let place = |point: &Mark| x.place(point.x).zip(y.place(point.y));
+    let mut svg = start(figure.title) + &grid(&x, &y);
     for series in figure.series.iter().filter(|series| series.line) {
-        let places: Vec<String> = series
-            .points
-            .iter()
-            .filter(shows)
-            .map(|point| {
-                let (x, y) = place(point);
-                format!("{x:.1} {y:.1}")
-            })
-            .collect();
+        let places: Vec<String> =
+            series.points.iter().filter_map(place).map(|(x, y)| format!("{x:.1} {y:.1}")).collect();
         if places.len() > 1 {
             let _ = writeln!(svg, "<path class=\"line s{}\" d=\"M{}\"/>", series.style % 7, places.join("L"));
         }
     }
-    let named: Vec<(f64, f64, &str)> = points()
-        .filter(shows)
-        .filter_map(|point| {
-            let (x, y) = place(point);
-            Some((x, y, point.label.as_deref()?))
-        })
-        .collect();
-    for (&(x, y, text), placed) in named.iter().zip(labels::place(&named, &FRAME)) {
+    let all: Vec<(f64, f64)> = points().filter_map(place).collect();
+    let named = points().filter_map(|point| {
+        let (x, y) = place(point)?;
+        Some((x, y, point.label.as_deref()?))
+    });
+    svg += &names(&named.collect::<Vec<_>>(), &all);
+    for series in figure.series.iter().filter(|series| series.marks) {
+        for point in &series.points {
+            if let Some(place) = place(point) {
+                let _ = writeln!(svg, "{}", mark(series.style, place, point.hollow, &point.tip));
+            }
+        }
+    }
+    finish(svg, &figure.series)
+}
+
+/// Returns lines at the ticks, the axes, and what they show.
+fn grid(x: &Edge, y: &Edge) -> String {
+    let mut svg = String::new();
+    let [left, top, right, bottom] = FRAME;
+    for (at, label) in x.labels() {
+        let _ = writeln!(
+            svg,
+            "<path class=\"grid\" d=\"M{at:.1} {top}V{bottom}\"/>\
+             <text x=\"{at:.1}\" y=\"{}\" text-anchor=\"middle\">{label}</text>",
+            bottom + 18.0
+        );
+    }
+    for (at, label) in y.labels() {
+        let _ = writeln!(
+            svg,
+            "<path class=\"grid\" d=\"M{left} {at:.1}H{right}\"/>\
+             <text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{label}</text>",
+            left - 8.0,
+            at + 4.0
+        );
+    }
+    let (x, y) = (escape(&x.axis.label), escape(&y.axis.label));
+    let _ = writeln!(
+        svg,
+        "<path class=\"axis\" d=\"M{left} {top}V{bottom}H{right}\"/>\
+         <text x=\"{}\" y=\"{}\" text-anchor=\"middle\">{x}</text>\
+         <text transform=\"translate(16 {}) rotate(-90)\" text-anchor=\"middle\">{y}</text>",
+        0.5 * (left + right),
+        bottom + 42.0,
+        0.5 * (top + bottom)
+    );
+    svg
+}
+
+/// Returns labels beside their points, with a line to those that are far away.
+fn names(named: &[(f64, f64, &str)], points: &[(f64, f64)]) -> String {
+    let mut svg = String::new();
+    for (&(x, y, text), placed) in named.iter().zip(labels::place(named, points, &FRAME)) {
         let Some(placed) = placed else { continue };
         if placed.is_far {
             let [left, top, right, bottom] = placed.area;
             let (to_x, to_y) = (x.clamp(left, right), y.clamp(top, bottom));
             let _ = writeln!(svg, "<path class=\"leader\" d=\"M{x:.1} {y:.1}L{to_x:.1} {to_y:.1}\"/>");
         }
-        let text = escape(text);
-        let _ =
-            writeln!(svg, "<text class=\"name\" x=\"{:.1}\" y=\"{:.1}\">{text}</text>", placed.x, placed.y);
+        let (x, y, text) = (placed.x, placed.y, escape(text));
+        let _ = writeln!(svg, "<text class=\"name\" x=\"{x:.1}\" y=\"{y:.1}\">{text}</text>");
     }
-    for series in figure.series.iter().filter(|series| series.marks) {
-        for point in series.points.iter().filter(shows) {
-            let (x, y) = place(point);
-            let _ = writeln!(svg, "{}", mark(series.style, (x, y), point.hollow, &point.tip));
-        }
-    }
-    finish(svg, &figure.series)
+    svg
 }
 
 fn start(title: &str) -> String {

@@ -23,17 +23,17 @@ const TEXT: (f64, f64) = (6.2, 14.0);
 const POINT: f64 = 7.0;
 
 /// Distances of a label from its point that are tried, the nearest first.
-const DISTANCES: [f64; 6] = [4.0, 18.0, 34.0, 52.0, 74.0, 100.0];
+const DISTANCES: [f64; 8] = [4.0, 18.0, 34.0, 52.0, 74.0, 100.0, 130.0, 165.0];
 
 fn overlap(a: &Area, b: &Area) -> bool {
     a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]
 }
 
 /// Returns a place for each label inside `frame`: beside its point, or as near as no other label and
-/// no point is covered; `None` where there is no such place.
-pub(super) fn place(labels: &[(f64, f64, &str)], frame: &Area) -> Vec<Option<Placed>> {
-    let around = |&(x, y, _): &(f64, f64, &str)| [x - POINT, y - POINT, x + POINT, y + POINT];
-    let mut taken: Vec<Area> = labels.iter().map(around).collect();
+/// none of `points` is covered; `None` where there is no such place.
+pub(super) fn place(labels: &[(f64, f64, &str)], points: &[(f64, f64)], frame: &Area) -> Vec<Option<Placed>> {
+    let around = |&(x, y): &(f64, f64)| [x - POINT, y - POINT, x + POINT, y + POINT];
+    let mut taken: Vec<Area> = points.iter().map(around).collect();
     labels
         .iter()
         .map(|&(x, y, text)| {
@@ -83,7 +83,8 @@ mod tests {
     fn labels_do_not_overlap() {
         let points: Vec<(f64, f64, &str)> =
             (0..12).map(|i| (300.0 + 6.0 * f64::from(i), 200.0 - 5.0 * f64::from(i), "a label")).collect();
-        let placed = place(&points, &FRAME);
+        let places: Vec<(f64, f64)> = points.iter().map(|&(x, y, _)| (x, y)).collect();
+        let placed = place(&points, &places, &FRAME);
         let areas: Vec<Area> = placed.iter().flatten().map(|label| label.area).collect();
         assert_eq!(areas.len(), points.len());
         for (index, a) in areas.iter().enumerate() {
@@ -96,12 +97,16 @@ mod tests {
 
     #[test]
     fn a_lone_label_is_beside_its_point() {
-        let placed = place(&[(100.0, 100.0, "abc")], &FRAME);
+        let placed = place(&[(100.0, 100.0, "abc")], &[(100.0, 100.0)], &FRAME);
         assert!(placed[0].is_some_and(|label| !label.is_far && label.x > 100.0 && label.x < 115.0));
+        // Another point that is in the way turns it away.
+        let others = [(100.0, 100.0), (118.0, 100.0)];
+        let placed = place(&[(100.0, 100.0, "abc")], &others, &FRAME);
+        assert!(placed[0].is_some_and(|label| label.area[3] < 100.0), "{placed:?}");
         // At the right edge it is on the left.
-        let placed = place(&[(795.0, 100.0, "abc")], &FRAME);
+        let placed = place(&[(795.0, 100.0, "abc")], &[], &FRAME);
         assert!(placed[0].is_some_and(|label| label.area[2] < 795.0));
         // No place at all.
-        assert_eq!(place(&[(5.0, 5.0, "abc")], &[0.0, 0.0, 10.0, 10.0]), [None]);
+        assert_eq!(place(&[(5.0, 5.0, "abc")], &[], &[0.0, 0.0, 10.0, 10.0]), [None]);
     }
 }

@@ -1,7 +1,7 @@
 //! The first part of the report page: what to use for the scene.
 
-use super::point::{MAX_USEFUL_ERROR, Point, Purpose, Tradeoff};
-use super::recommend::RULES;
+use super::point::{Point, Purpose, Tradeoff};
+use super::recommend::{MAX_ERROR, RULES};
 use crate::page::{Document, command, escape};
 use crate::plot::number;
 use std::fmt::Write;
@@ -34,11 +34,11 @@ fn sentence(found: &Tradeoff) -> String {
         let least = found.points.iter().min_by(|a, b| a.relative_error().total_cmp(&b.relative_error()));
         let why = match least {
             None => "nothing was measured".to_owned(),
-            Some(point) if point.max_relative_error() > MAX_USEFUL_ERROR => format!(
-                "the lowest error is that of {}: {}, and none above {:.0} % is of use",
+            Some(point) if point.max_relative_error() > MAX_ERROR => format!(
+                "the lowest error is that of {} ({}), and it should be at most {:.0} %",
                 point.title(),
                 point.cost(),
-                100.0 * MAX_USEFUL_ERROR
+                100.0 * MAX_ERROR
             ),
             Some(_) => "none of the measured settings meets the rules below".to_owned(),
         };
@@ -69,6 +69,19 @@ fn sentence(found: &Tradeoff) -> String {
     }
 }
 
+/// Returns a sentence on the size of the measured images, if it is not that of the commands' images.
+fn size(found: &Tradeoff) -> Option<String> {
+    let Tradeoff { reduction, width, height, .. } = *found;
+    (reduction > 1).then(|| {
+        format!(
+            "To fit the time limit, all was measured at {width}×{height} pixels, 1/{reduction} of the size: the \
+             commands take about {} times as long, and filters gain more. For the whole size, measure with more time \
+             (--time-limit), or name a --resolution.",
+            u64::from(reduction).pow(2)
+        )
+    })
+}
+
 /// Returns the advice as lines for people.
 pub(super) fn lines(found: &Tradeoff) -> String {
     let mut text = String::new();
@@ -76,15 +89,17 @@ pub(super) fn lines(found: &Tradeoff) -> String {
         let command = point.command.as_deref().unwrap_or_default();
         let _ = writeln!(text, "  {}: {}: {}\n    {command}", purpose.name(), point.title(), point.cost());
     }
+    let size = size(found).map_or(String::new(), |line| line + "\n");
     match text.is_empty() {
-        true => sentence(found) + "\n",
-        false => format!("Use for this scene:\n{text}"),
+        true => format!("{}\n{size}", sentence(found)),
+        false => format!("Use for this scene:\n{text}{size}"),
     }
 }
 
 /// Writes the advice with its commands, and the rules by which it was chosen.
 pub(super) fn write(found: &Tradeoff, page: &mut Document) {
-    page.paragraph("lead", &sentence(found));
+    let all = [Some(sentence(found)), size(found)];
+    page.paragraph("lead", &all.into_iter().flatten().collect::<Vec<_>>().join(" "));
     let mut uses = String::from("<div class=\"uses\">\n");
     for (purpose, point) in found.recommended_points() {
         let (name, title, cost) = (purpose.name(), escape(&point.title()), escape(&point.cost()));

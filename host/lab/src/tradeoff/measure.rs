@@ -37,6 +37,8 @@ pub struct Sweep<'a> {
     pub flips: usize,
     /// Command that renders the base.
     pub command: &'a RenderCommand,
+    /// Edges of the image of that command over those of the configurations' images.
+    pub reduction: u32,
 }
 
 /// Measured point with what its picture is made of.
@@ -115,6 +117,7 @@ impl Lab<'_> {
             device: format!("{}: {} ({})", device.backend, device.name, device.details),
             width: base.settings.width,
             height: base.settings.height,
+            reduction: sweep.reduction,
             depth: base.settings.depth,
             reference: reference.map(|reference| reference.facts.clone()),
             seeds: sweep.seeds,

@@ -34,7 +34,7 @@ pub use configuration::{Configuration, KNOBS, configurations};
 pub use converge::ConvergencePlan;
 pub use error_curve::{Capture, Convergence, ErrorCurve, Pair};
 pub use errors::{Errors, SIGNIFICANCE};
-pub use fit::{Fit, REFERENCE_SHARE, fit};
+pub use fit::{Cost, Fit, REFERENCE_SHARE, fit};
 pub use lab::Lab;
 pub use measure::Sweep;
 pub use page::is_output;

@@ -142,6 +142,10 @@ pub struct Tradeoff {
     pub width: u32,
     /// Pixels down.
     pub height: u32,
+    /// Edges of the scene's image over those of the measured images: 1 unless the time was too
+    /// short for the whole size.
+    #[serde(default = "whole_size")]
+    pub reduction: u32,
     /// Maximum number of segments of a path, for the base.
     pub depth: u32,
     /// Reference that errors are measured against; `None` if the measurement ended before there was
@@ -166,6 +170,10 @@ pub struct Tradeoff {
     pub ended: Option<Stop>,
     /// Duration of the whole measurement in seconds.
     pub seconds: f64,
+}
+
+fn whole_size() -> u32 {
+    1
 }
 
 impl Purpose {

@@ -1,6 +1,6 @@
 //! Chooses what to use for a scene: the fast, the balanced and the best of the measured points.
 
-use super::point::{MAX_USEFUL_ERROR, Point, Purpose, Recommended};
+use super::point::{Point, Purpose, Recommended};
 
 /// Maximum share by which the mean of a recommended image is known to be off.
 const MAX_BRIGHTNESS: f64 = 0.05;
@@ -8,16 +8,16 @@ const MAX_BRIGHTNESS: f64 = 0.05;
 /// Maximum mean FLIP error of a recommended image.
 const MAX_FLIP: f64 = 0.3;
 
-/// Maximum relative error of the fast image, with its interval.
-const MAX_FAST_ERROR: f64 = 0.25;
+/// Maximum relative error of a recommended image: the upper end of its interval.
+pub(super) const MAX_ERROR: f64 = 0.25;
 
 /// The rules, for readers of the report.
 pub(super) const RULES: [&str; 5] = [
     "Candidates are the points that one command renders, and whose difference from the base is more than noise.",
-    "Their error is at most 50 % (upper end of the interval), their mean brightness is not known to be off by more \
+    "Their error is at most 25 % (upper end of the interval), their mean brightness is not known to be off by more \
      than 5 %, and their mean FLIP error is not known to be above 0.3. Only candidates that no other one beats in \
      both time and error are chosen.",
-    "Fast: the least time with an error of at most 25 % (upper end of the interval); if there is none, the least time.",
+    "Fast: the least time.",
     "Best: the lowest error.",
     "Balanced: the least time with an error of at most the geometric mean of the errors of fast and best.",
 ];
@@ -32,7 +32,7 @@ fn is_candidate(point: &Point) -> bool {
     point.command.is_some()
         && point.against.as_ref().is_none_or(|against| against.measurable)
         && errors.left_out == 0
-        && point.max_relative_error() <= MAX_USEFUL_ERROR
+        && point.max_relative_error() <= MAX_ERROR
         && off <= MAX_BRIGHTNESS
         && flip <= MAX_FLIP
 }
@@ -50,8 +50,7 @@ pub(super) fn recommend(points: &[Point]) -> Vec<Recommended> {
         .collect();
     front.sort_by(|a, b| place(a).0.total_cmp(&place(b).0));
     let within = |limit: f64| front.iter().copied().find(|point| point.relative_error() <= limit);
-    let is_fine = |point: &&Point| point.max_relative_error() <= MAX_FAST_ERROR;
-    let fast = front.iter().copied().find(is_fine).or_else(|| front.first().copied());
+    let fast = front.first().copied();
     let best = front.iter().copied().min_by(|a, b| place(a).1.total_cmp(&place(b).1));
     let (Some(fast), Some(best)) = (fast, best) else { return Vec::new() };
     let middle = (fast.relative_error() * best.relative_error()).sqrt();
@@ -146,9 +145,8 @@ pub(super) mod tests {
         let mut turned = points.to_vec();
         turned.reverse();
         assert_eq!(chosen(&turned), expected);
-        // Nothing is below 25 %: the fastest of what is below 50 %.
-        assert_eq!(chosen(&points[..1]), ["base as asked: 4"; 3]);
-        assert!(recommend(&[]).is_empty());
+        assert_eq!(chosen(&points[1..2]), ["base as asked: 16"; 3]);
+        assert!(recommend(&points[..1]).is_empty() && recommend(&[]).is_empty());
     }
 
     #[test]
@@ -165,7 +163,7 @@ pub(super) mod tests {
         };
         let broken: [(&str, Point); 8] = [
             ("nearly black", point("depth 4", 16, 1.0, 0.94)),
-            ("of no use", changed(&|p| p.errors.rel_mse = Interval { high: 0.26, ..p.errors.rel_mse })),
+            ("uncertain", changed(&|p| p.errors.rel_mse = Interval { high: 0.07, ..p.errors.rel_mse })),
             ("an error that is not a number", changed(&|p| p.errors.rel_mse = of(f64::NAN))),
             ("too dark", changed(&|p| p.errors.brightness = of(-0.08))),
             ("visibly different", changed(&|p| p.errors.flip = of(0.4))),

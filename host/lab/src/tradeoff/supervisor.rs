@@ -76,22 +76,22 @@ impl RenderObserver for Cancelling<'_> {
     }
 }
 
-/// Ends a render with the samples that it has once its share of the time is over. Cancels it if the
-/// measurement must end and the render has no samples yet.
+/// Ends a render with the samples that it has once its share of the time is over, or at an
+/// interrupt. Cancels it at the end of the measurement's time, and at an interrupt if the render has
+/// no samples yet.
 pub(super) struct Ending<'a> {
     pub supervisor: &'a mut dyn Supervisor,
-    /// Time left to the measurement when the render's share is over, or `None` for a render whose
-    /// goal is a time.
+    /// Time left to the measurement when the render's share is over; `None` without a limit.
     pub until: Option<Duration>,
 }
 
 impl RenderObserver for Ending<'_> {
     fn progress(&mut self, done: u64, total: u64) -> ControlFlow<()> {
-        match self.supervisor.progress(done, total) {
-            ControlFlow::Continue(()) if done > 0 || self.supervisor.stop().is_none() => {
-                ControlFlow::Continue(())
-            }
-            _ => ControlFlow::Break(()),
+        let flow = self.supervisor.progress(done, total);
+        match (flow, self.supervisor.stop()) {
+            (ControlFlow::Break(()), _) | (_, Some(Stop::OutOfTime)) => ControlFlow::Break(()),
+            (_, Some(Stop::Interrupted)) if done == 0 => ControlFlow::Break(()),
+            _ => ControlFlow::Continue(()),
         }
     }
 
