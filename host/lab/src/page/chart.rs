@@ -93,10 +93,12 @@ impl<'a> Edge<'a> {
             let greatest = shown.iter().copied().fold(0.0, f64::max).log10();
             let margin = 0.05 * (greatest - least) + 0.02;
             let (low, high) = ((least - margin).max(ticks.low), (greatest + margin).min(ticks.high));
-            let inside = ticks.places.iter().filter(|&&place| (low..=high).contains(&place)).count();
-            if inside >= 2 {
-                (ticks.low, ticks.high) = (low, high);
-                ticks.places.retain(|place| (low..=high).contains(place));
+            let factors: &[f64] = if high - low < 3.0 { &[1.0, 2.0, 5.0] } else { &[1.0] };
+            let decades = low.floor() as i32..=high.ceil() as i32;
+            let all = decades.flat_map(|d| factors.iter().map(move |factor| f64::from(d) + factor.log10()));
+            let inside: Vec<f64> = all.filter(|place| (low..=high).contains(place)).collect();
+            if inside.len() >= 2 {
+                ticks = Ticks { low, high, places: inside };
             }
         }
         Self { axis, ticks, ends }
@@ -231,7 +233,10 @@ fn finish(svg: String, series: &[Marks]) -> String {
                 String::new()
             };
             let mark = match series.marks {
-                true => format!("<path class=\"mark s{style}\" d=\"{}\"/>", shape(series.style, 13.0, 7.0)),
+                true => {
+                    let hollow = if series.points.iter().all(|point| point.hollow) { " hollow" } else { "" };
+                    format!("<path class=\"mark s{style}{hollow}\" d=\"{}\"/>", shape(style, 13.0, 7.0))
+                }
                 false => String::new(),
             };
             let name = escape(&series.name);

@@ -102,7 +102,7 @@ mod tests {
         // Another point that is in the way turns it away.
         let others = [(100.0, 100.0), (118.0, 100.0)];
         let placed = place(&[(100.0, 100.0, "abc")], &others, &FRAME);
-        assert!(placed[0].is_some_and(|label| label.area[3] < 100.0), "{placed:?}");
+        assert!(placed[0].is_some_and(|label| label.area[2] < 100.0), "{placed:?}");
         // At the right edge it is on the left.
         let placed = place(&[(795.0, 100.0, "abc")], &[], &FRAME);
         assert!(placed[0].is_some_and(|label| label.area[2] < 795.0));

@@ -81,9 +81,10 @@ impl Document {
     }
 }
 
-/// Returns a command line as code that a button copies.
+/// Returns a command line as code that a button copies, and whose words are not broken.
 pub(crate) fn command(text: &str) -> String {
-    format!("<div class=\"command\"><code>{}</code></div>", escape(text))
+    let words: Vec<String> = text.split(' ').map(|word| format!("<span>{}</span>", escape(word))).collect();
+    format!("<div class=\"command\"><code>{}</code></div>", words.join(" "))
 }
 
 /// Escapes text for HTML: for the content of elements, and for attributes in quotes. Control
@@ -122,7 +123,9 @@ mod tests {
         let page = page.finish();
         check(&page).unwrap_or_else(|fault| panic!("{fault}"));
         assert_eq!(page.matches("<script>").count(), 1);
-        assert_eq!(page.matches("&lt;script&gt;alert(1)&lt;/script&gt;&quot;&#39; onload").count(), 6);
+        let escaped = "&lt;script&gt;alert(1)&lt;/script&gt;&quot;&#39;";
+        assert_eq!(page.matches(&format!("{escaped} onload")).count(), 5);
+        assert!(page.contains(&format!("<span>{escaped}</span> <span>onload")));
         assert!(page.contains("&amp;amp;\u{fffd}&lt;/style&gt;"));
         // Negative control: the same text as HTML.
         let mut page = Document::new("a");

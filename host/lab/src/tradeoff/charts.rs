@@ -5,16 +5,17 @@ use super::reference::ReferenceInfo;
 use crate::page::{Figure, Mark, Marks, inline};
 use crate::plot::{Axis, Chart, Plot, Point, Series, number};
 
-/// Names of the configurations with a line in the chart, in the order of their colours.
-const SHOWN: [&str; 8] = [
-    "base",
-    "sampler sobol",
-    "roulette from segment 4",
-    "adaptive on",
-    "denoiser svgf",
-    "scale 1/2",
-    "together sobol, svgf",
-    "sampler independent",
+/// Names of the configurations with a line in the chart, each with its style. There is one sampler
+/// besides the base's.
+const SHOWN: [(usize, &str); 8] = [
+    (0, "base"),
+    (1, "sampler sobol"),
+    (1, "sampler independent"),
+    (2, "roulette from segment 4"),
+    (3, "adaptive on"),
+    (4, "denoiser svgf"),
+    (5, "scale 1/2"),
+    (6, "together sobol, svgf"),
 ];
 
 fn notes(found: &Tradeoff) -> Vec<String> {
@@ -30,15 +31,14 @@ fn place(point: &Found, hollow: bool) -> Point {
 
 /// Returns the chart of error over time for the configurations that most users ask about.
 pub(super) fn over_time(found: &Tradeoff) -> Chart {
-    let line = |(style, name): (usize, &&str)| {
+    let line = |&(style, name): &(usize, &str)| {
         let points: Vec<Point> = found
             .points
             .iter()
-            .filter(|p| p.name() == **name)
+            .filter(|p| p.name() == name)
             .map(|p| place(p, p.errors.bias().is_seen()))
             .collect();
-        let slope =
-            found.slopes.iter().find(|s| format!("{} {}", s.knob, s.level) == **name || s.knob == **name);
+        let slope = found.slopes.iter().find(|s| format!("{} {}", s.knob, s.level) == name || s.knob == name);
         let slope = slope.and_then(|slope| slope.over_time).map_or(String::new(), |s| format!(" ({s:.2})"));
         let name = format!("{}{slope}", name.replace("together ", "").replace(" from segment 4", ""));
         (!points.is_empty()).then_some(Series { name, style, points, marks: true, line: true })
@@ -50,7 +50,7 @@ pub(super) fn over_time(found: &Tradeoff) -> Chart {
         notes,
         x: Axis::log("seconds"),
         y: Axis::log("relative error, %"),
-        series: SHOWN.iter().enumerate().filter_map(line).collect(),
+        series: SHOWN.iter().filter_map(line).collect(),
     })
 }
 

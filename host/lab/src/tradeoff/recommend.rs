@@ -1,5 +1,6 @@
 //! Chooses what to use for a scene: the fast, the balanced and the best of the measured points.
 
+use super::bias::Bias;
 use super::point::{Point, Purpose, Recommended};
 
 /// Maximum share by which the mean of a recommended image is known to be off.
@@ -11,15 +12,23 @@ const MAX_FLIP: f64 = 0.3;
 /// Maximum relative error of a recommended image: the upper end of its interval.
 pub(super) const MAX_ERROR: f64 = 0.25;
 
+/// Maximum share of the error that is bias in the balanced image.
+const MAX_BIAS_SHARE: f64 = 0.5;
+
+/// Error of the best image without a bias, over the lowest of all, up to which it is the best.
+const MAX_UNBIASED: f64 = 1.5;
+
 /// The rules, for readers of the report.
 pub(super) const RULES: [&str; 5] = [
-    "Candidates are the points that one command renders, and whose difference from the base is more than noise.",
-    "Their error is at most 25 % (upper end of the interval), their mean brightness is not known to be off by more \
-     than 5 %, and their mean FLIP error is not known to be above 0.3. Only candidates that no other one beats in \
-     both time and error are chosen.",
+    "Candidates are the points that one command renders, and whose difference from the base is more than noise. Their \
+     error is at most 25 % (upper end of the interval), their mean brightness is not known to be off by more than 5 %, \
+     and their mean FLIP error is not known to be above 0.3.",
     "Fast: the least time.",
-    "Best: the lowest error.",
-    "Balanced: the least time with an error of at most the geometric mean of the errors of fast and best.",
+    "Best: the lowest error without a bias, so that more samples make it better still; if a candidate with a bias has \
+     less than two thirds of that error, the lowest error of all.",
+    "Balanced: the least time with an error of at most the geometric mean of the errors of fast and best, of which at \
+     most half is bias.",
+    "So no other candidate of the same purpose is both faster and more accurate.",
 ];
 
 /// Returns whether a point may be recommended.
@@ -37,25 +46,41 @@ fn is_candidate(point: &Point) -> bool {
         && flip <= MAX_FLIP
 }
 
+/// Returns the share of a point's error that is bias, as far as one was seen.
+fn bias_share(point: &Point) -> f64 {
+    let bias = match point.errors.bias() {
+        Bias::NotSeen | Bias::Tiny => 0.0,
+        Bias::Size(size) => size,
+        Bias::Brightness(share) => share.abs(),
+        Bias::Suspected => point.errors.squared_bias.value.max(0.0).sqrt(),
+    };
+    if bias == 0.0 { 0.0 } else { bias / point.relative_error() }
+}
+
 /// Chooses from the measured points by [`RULES`]. Returns nothing if no point is good enough.
 pub(super) fn recommend(points: &[Point]) -> Vec<Recommended> {
-    let place = |point: &Point| (point.seconds.all.median, point.relative_error());
+    let seconds = |point: &Point| point.seconds.all.median;
     let all: Vec<&Point> = points.iter().filter(|point| is_candidate(point)).collect();
-    let beats =
-        |(t, e): (f64, f64), (time, error): (f64, f64)| t <= time && e <= error && (t < time || e < error);
-    let mut front: Vec<&Point> = all
-        .iter()
-        .copied()
-        .filter(|point| !all.iter().any(|other| beats(place(other), place(point))))
-        .collect();
-    front.sort_by(|a, b| place(a).0.total_cmp(&place(b).0));
-    let within = |limit: f64| front.iter().copied().find(|point| point.relative_error() <= limit);
-    let fast = front.first().copied();
-    let best = front.iter().copied().min_by(|a, b| place(a).1.total_cmp(&place(b).1));
-    let (Some(fast), Some(best)) = (fast, best) else { return Vec::new() };
+    let by_time = |a: &&Point, b: &&Point| {
+        seconds(a).total_cmp(&seconds(b)).then(a.relative_error().total_cmp(&b.relative_error()))
+    };
+    let by_error = |a: &&Point, b: &&Point| {
+        a.relative_error().total_cmp(&b.relative_error()).then(seconds(a).total_cmp(&seconds(b)))
+    };
+    let candidates = || all.iter().copied();
+    let (Some(fast), Some(lowest)) = (candidates().min_by(by_time), candidates().min_by(by_error)) else {
+        return Vec::new();
+    };
+    let is_unbiased = |point: &&Point| matches!(point.errors.bias(), Bias::NotSeen | Bias::Tiny);
+    let best = candidates()
+        .filter(is_unbiased)
+        .min_by(by_error)
+        .filter(|best| best.relative_error() <= MAX_UNBIASED * lowest.relative_error())
+        .unwrap_or(lowest);
     let middle = (fast.relative_error() * best.relative_error()).sqrt();
-    // Of two points with a chance estimate of 0, the best one is as good as any.
-    let balanced = within(middle).unwrap_or(best);
+    let is_balanced =
+        |point: &&Point| point.relative_error() <= middle && bias_share(point) <= MAX_BIAS_SHARE;
+    let balanced = candidates().filter(is_balanced).min_by(by_time).unwrap_or(best);
     [(Purpose::Fast, fast), (Purpose::Balanced, balanced), (Purpose::Best, best)]
         .map(|(purpose, point)| Recommended {
             purpose,
@@ -178,6 +203,30 @@ pub(super) mod tests {
         // Noise of the brightness does not count: only what it is known to be off.
         let noisy = changed(&|p| p.errors.brightness = Interval { value: -0.08, low: -0.14, high: -0.02 });
         assert_eq!(alone(noisy), ["depth 4: 16"; 3]);
+    }
+
+    /// Returns the point with a bias of this share of its error.
+    fn biased(point: Point, share: f64) -> Point {
+        let squared = share * share * point.errors.rel_mse.value;
+        let squared_bias = Interval { value: squared, low: 0.9 * squared, high: 1.1 * squared };
+        Point { errors: Errors { means_p: 1e-9, squared_bias, biased: true, ..point.errors }, ..point }
+    }
+
+    /// The best image has no bias unless that costs much; the balanced one has little.
+    #[test]
+    fn bias_counts() {
+        let base = [point("base", 4, 1.0, 0.2), point("base", 16, 4.0, 0.1), point("base", 64, 16.0, 0.05)];
+        let with = |filtered: Point| chosen(&[&base[..], &[filtered]].concat());
+        let filter = |spp, seconds, error| point("denoiser svgf", spp, seconds, error);
+        // A little more accurate than the best, but it will not become better.
+        assert_eq!(with(biased(filter(64, 17.0, 0.04), 0.9))[2], "base as asked: 64");
+        assert_eq!(with(filter(64, 17.0, 0.04))[2], "denoiser svgf: 64", "the negative control");
+        assert_eq!(with(biased(filter(64, 17.0, 0.03), 0.9))[2], "denoiser svgf: 64");
+        // Half the error may be bias.
+        assert_eq!(with(biased(filter(4, 2.0, 0.08), 0.45))[1], "denoiser svgf: 4");
+        assert_eq!(with(biased(filter(4, 2.0, 0.08), 0.6))[1], "base as asked: 16");
+        // The fast image may have more.
+        assert_eq!(with(biased(filter(1, 0.5, 0.2), 0.9))[0], "denoiser svgf: 1");
     }
 
     /// A point that is 94 % wrong is not called better, however much faster it is.
