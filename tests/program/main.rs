@@ -7,6 +7,7 @@ mod bad_media;
 mod bad_models;
 mod checkpoint;
 mod command_line;
+mod compare_page;
 mod docs;
 mod fallback;
 mod killed;

@@ -22,7 +22,7 @@ pub fn run(arguments: &CompareArgs) -> Result<ExitCode, Error> {
     outputs.check_inputs("the image", [&arguments.image])?;
     outputs.check_inputs("the reference", [&arguments.reference])?;
     let image = Image::read(&arguments.image)?;
-    fits(&image, &arguments.image)?;
+    fits(&image, &arguments.image, if html.is_some() { COMPARED + SHOWN } else { COMPARED })?;
     let reference = Image::read(&arguments.reference)?;
     html.map_or(Ok(()), output::probe)?;
     trisect::threads::start_shared(None)?;
@@ -67,10 +67,14 @@ pub fn run(arguments: &CompareArgs) -> Result<ExitCode, Error> {
 /// Bytes per pixel of a second image and of the computation of the measures, mainly FLIP.
 const COMPARED: u64 = 120;
 
-/// Checks that enough memory is available to compare an image with another one.
-fn fits(image: &Image, path: &Path) -> Result<(), ImageError> {
+/// Bytes per pixel of a page: differences and their sizes, and images of three bytes.
+const SHOWN: u64 = 40;
+
+/// Checks that enough memory is available to compare an image with another one, which takes `each`
+/// bytes per pixel.
+fn fits(image: &Image, path: &Path, each: u64) -> Result<(), ImageError> {
     let (width, height) = (u64::from(image.width), u64::from(image.height));
-    let (needed, free) = (width.saturating_mul(height).saturating_mul(COMPARED), memory::available());
+    let (needed, free) = (width.saturating_mul(height).saturating_mul(each), memory::available());
     match needed > free {
         true => Err(ImageError::TooLarge { path: path.to_owned(), width, height, needed, free }),
         false => Ok(()),
