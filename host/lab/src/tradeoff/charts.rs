@@ -85,6 +85,14 @@ pub(super) fn front(found: &Tradeoff) -> Chart {
     })
 }
 
+/// Returns the figures of a point, line by line.
+fn tip(point: &Found) -> String {
+    let bias = point.errors.bias();
+    let bias = if bias.is_seen() { String::new() } else { format!("{bias}, ") };
+    let flip = number(point.errors.flip.value);
+    format!("{}\n{}\n{bias}FLIP {flip}\n{}", point.title(), point.cost(), point.verdict())
+}
+
 /// Returns the chart of all points for a page: with the figures of each point in its tooltip, and
 /// labels on the Pareto front.
 pub(super) fn inline_front(found: &Tradeoff) -> String {
@@ -92,14 +100,7 @@ pub(super) fn inline_front(found: &Tradeoff) -> String {
         x: point.seconds.all.median,
         y: 100.0 * point.relative_error(),
         hollow: point.errors.bias().is_seen(),
-        tip: format!(
-            "{}\n{}\n{}, FLIP {}\n{}",
-            point.title(),
-            point.cost(),
-            point.errors.bias(),
-            number(point.errors.flip.value),
-            point.verdict()
-        ),
+        tip: tip(point),
         label: point.on_front.then(|| point.title()),
     };
     let series = |name: &str, style, line: bool, points: Vec<Mark>| Marks {

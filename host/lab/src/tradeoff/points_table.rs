@@ -12,14 +12,14 @@ pub(super) fn html(found: &Tradeoff) -> String {
         Column::number("time, s"),
         Column::number("error, %"),
         Column::number("95 % interval, %"),
-        Column::number("noise, %"),
+        Column::text("verdict"),
         Column::text("bias, %"),
+        Column::number("noise, %"),
         Column::number("brightness, %"),
         Column::number("RMSE"),
         Column::number("FLIP"),
         Column::number("efficiency"),
         Column::number("95 % interval"),
-        Column::text("verdict"),
         Column::text("command"),
     ];
     let caption = "Green: on the Pareto front. A heading sorts by its column.".to_owned();
@@ -56,14 +56,14 @@ fn row(point: &Point) -> Row {
         decimals(point.seconds.all.median, 4),
         decimals(all.value, 3),
         Cell::number(all.low, format!("{:.3} to {:.3}", all.low, all.high)),
-        decimals(root(errors.variance.value), 3),
+        Cell::text(point.verdict()),
         bias,
+        decimals(root(errors.variance.value), 3),
         Cell::number(100.0 * errors.brightness.value, format!("{:+.3}", 100.0 * errors.brightness.value)),
         decimals(errors.rmse.value, 5),
         decimals(errors.flip.value, 4),
         efficiency,
         interval,
-        Cell::text(point.verdict()),
         Cell::text(point.command.clone().unwrap_or_else(|| "none".to_owned())),
     ];
     Row { class: if point.on_front { "front" } else { "" }, cells }
