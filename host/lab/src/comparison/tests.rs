@@ -70,7 +70,7 @@ fn differences_have_signs() {
     assert_eq!(colors(&dark, &dark), DIVERGING.color(0.5));
     assert_eq!(colors(&pixel(f32::NAN, 0.1), &dark), NOT_FINITE);
     assert_eq!(colors(&pixel(f32::INFINITY, 0.1), &pixel(f32::INFINITY, 0.1)), NOT_FINITE);
-    // The greatest difference of a square, not the mean, which a single bright pixel would not move.
+    // The greatest difference of a square, not the mean, which one bright pixel would not move.
     let one = Differences::of(&bright, &dark, 2);
     assert_eq!(one.raster.bytes, DIVERGING.color(1.0));
     assert!((one.scale - 0.8).abs() < 1e-6);

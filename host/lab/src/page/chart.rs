@@ -2,11 +2,11 @@
 
 use super::escape;
 use super::labels::{self, Area};
-use crate::plot::{Axis, Bars, Plot, Scale, Ticks, number};
+use crate::plot::{Axis, Plot, Scale, Ticks, number};
 use std::fmt::Write;
 
 /// Size of a chart in its own units.
-const SIZE: (f64, f64) = (960.0, 480.0);
+pub(super) const SIZE: (f64, f64) = (960.0, 480.0);
 
 /// Frame of the plot: left, top, right, bottom.
 const FRAME: Area = [78.0, 14.0, 944.0, 424.0];
@@ -271,54 +271,11 @@ impl<'a> Figure<'a> {
     }
 }
 
-/// Returns a plot or a bar chart as a `figure`.
-pub(crate) fn inline_plot(chart: &crate::plot::Chart) -> String {
-    match chart {
-        crate::plot::Chart::Plot(plot) => inline(&Figure::of(plot)),
-        crate::plot::Chart::Bars(all) => bars(all),
-    }
-}
-
-fn bars(bars: &Bars) -> String {
-    let greatest = bars.bars.iter().map(|bar| bar.1).filter(|value| value.is_finite()).fold(0.0, f64::max);
-    let (left, right, step) = (240.0, SIZE.0 - 110.0, 44.0);
-    let height = step * bars.bars.len() as f64 + 40.0;
-    let mut svg = format!(
-        "<figure class=\"chart\"><svg viewBox=\"0 0 {} {height}\" role=\"group\" aria-label=\"{}\">\n",
-        SIZE.0,
-        escape(&bars.title)
-    );
-    for (index, (name, value)) in bars.bars.iter().enumerate() {
-        let top = step * index as f64 + 8.0;
-        let share = if greatest > 0.0 && value.is_finite() { (value / greatest).max(0.0) } else { 0.0 };
-        let (width, middle) = (share * (right - left), top + 18.0);
-        let (name, value) = (escape(name), number(*value));
-        let _ = writeln!(
-            svg,
-            "<text x=\"{}\" y=\"{middle}\" text-anchor=\"end\">{name}</text><g class=\"point\" role=\"img\" \
-             data-x=\"{index}\"><title>{name}\n{}: {value}</title><path class=\"mark s0\" \
-             d=\"M{left} {top}h{width:.1}v28h-{width:.1}z\"/></g><text x=\"{:.1}\" y=\"{middle}\">{value}</text>",
-            left - 10.0,
-            escape(&bars.label),
-            left + width + 8.0
-        );
-    }
-    let _ = writeln!(
-        svg,
-        "<path class=\"axis\" d=\"M{left} 2V{}\"/><text x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
-        height - 34.0,
-        0.5 * (left + right),
-        height - 10.0,
-        escape(&bars.label)
-    );
-    svg + "</svg>\n</figure>"
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::{Document, check};
     use super::*;
-    use crate::plot::{Chart, Point, Series};
+    use crate::plot::{Point, Series};
 
     fn page(html: &str) -> String {
         let mut page = Document::new("chart");
@@ -352,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn plots_and_bars() {
+    fn plots_have_tooltips() {
         let point = Point { x: 1.0, y: 2.0, hollow: false };
         let plot = Plot {
             title: "plot".to_owned(),
@@ -361,16 +318,6 @@ mod tests {
             y: Axis::linear("time, ms"),
             series: vec![Series::measured("median", 0, [(point.x, point.y)])],
         };
-        assert!(
-            page(&inline_plot(&Chart::Plot(plot))).contains("<title>median\nsamples: 1\ntime, ms: 2</title>")
-        );
-        let all = [("<a>", 4.0), ("b", f64::NAN), ("c", -1.0)];
-        let bars = Bars {
-            title: "bars".to_owned(),
-            notes: Vec::new(),
-            label: "ratio, ×".to_owned(),
-            bars: all.map(|(name, value)| (name.to_owned(), value)).to_vec(),
-        };
-        assert!(page(&inline_plot(&Chart::Bars(bars))).contains("<title>&lt;a&gt;\nratio, ×: 4</title>"));
+        assert!(page(&inline(&Figure::of(&plot))).contains("<title>median\nsamples: 1\ntime, ms: 2</title>"));
     }
 }

@@ -29,8 +29,8 @@ fn overlap(a: &Area, b: &Area) -> bool {
     a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]
 }
 
-/// Returns a place for each label inside `frame`: beside its point, or as near as no other label and
-/// none of `points` is covered; `None` where there is no such place.
+/// Returns a place for each label inside `frame`: beside its point, or as near as no other label
+/// and none of `points` is covered; `None` where there is no such place.
 pub(super) fn place(labels: &[(f64, f64, &str)], points: &[(f64, f64)], frame: &Area) -> Vec<Option<Placed>> {
     let around = |&(x, y): &(f64, f64)| [x - POINT, y - POINT, x + POINT, y + POINT];
     let mut taken: Vec<Area> = points.iter().map(around).collect();

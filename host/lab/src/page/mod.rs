@@ -4,6 +4,7 @@
 //! [`Document`] is the frame of a page with its style and script. The other modules make its parts:
 //! sortable tables, charts with tooltips, and images with a slider between two of them.
 
+mod bars;
 mod chart;
 mod check;
 mod colors;
@@ -13,7 +14,8 @@ mod raster;
 mod slider;
 mod table;
 
-pub(crate) use chart::{Figure, Mark, Marks, inline, inline_plot};
+pub(crate) use bars::inline_plot;
+pub(crate) use chart::{Figure, Mark, Marks, inline};
 pub use check::check;
 pub(crate) use colors::{DIVERGING, INFERNO, MAGMA, NOT_FINITE, Ramp};
 pub(crate) use raster::{Raster, reduction};

@@ -8,8 +8,9 @@ use std::fmt::Write;
 pub(crate) struct Column {
     /// Heading, with the unit.
     pub name: &'static str,
-    /// True if the values are numbers, which are aligned to the right.
-    pub is_number: bool,
+    /// Class of its cells: of numbers, which are aligned to the right, or of a column that is not
+    /// printed; empty for text.
+    class: &'static str,
 }
 
 /// Cell of a table.
@@ -32,7 +33,7 @@ pub(crate) struct Row {
 /// Table with a heading for each column.
 #[derive(Clone, Debug)]
 pub(crate) struct Table {
-    /// What the table shows.
+    /// Caption: the content of the table.
     pub caption: String,
     /// Columns; the first one names the row.
     pub columns: Vec<Column>,
@@ -43,12 +44,17 @@ pub(crate) struct Table {
 impl Column {
     /// Returns a column of text.
     pub fn text(name: &'static str) -> Self {
-        Self { name, is_number: false }
+        Self { name, class: "" }
     }
 
     /// Returns a column of numbers.
     pub fn number(name: &'static str) -> Self {
-        Self { name, is_number: true }
+        Self { name, class: "number" }
+    }
+
+    /// Returns a column of text for which paper is too narrow.
+    pub fn for_screens(name: &'static str) -> Self {
+        Self { name, class: "screen" }
     }
 }
 
@@ -79,7 +85,10 @@ impl Table {
             "<div class=\"scroll\"><table class=\"sortable\">\n<caption>{}</caption>\n<thead><tr>",
             escape(&self.caption)
         );
-        let class = |column: &Column| if column.is_number { " class=\"number\"" } else { "" };
+        let class = |column: &Column| match column.class {
+            "" => String::new(),
+            class => format!(" class=\"{class}\""),
+        };
         for column in &self.columns {
             let _ = write!(html, "<th scope=\"col\"{}>{}</th>", class(column), escape(column.name));
         }

@@ -69,7 +69,7 @@ fn sentence(found: &Tradeoff) -> String {
     }
 }
 
-/// Returns a sentence on the size of the measured images, if it is not that of the commands' images.
+/// Returns a sentence on the size of the measured images, if the commands render another one.
 fn size(found: &Tradeoff) -> Option<String> {
     let Tradeoff { reduction, width, height, .. } = *found;
     (reduction > 1).then(|| {

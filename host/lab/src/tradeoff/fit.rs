@@ -15,7 +15,7 @@ pub struct Fit {
     pub reduction: u32,
 }
 
-/// What a measurement costs.
+/// Cost of a measurement.
 #[derive(Clone, Copy, Debug)]
 pub struct Cost {
     /// Number of configurations.
@@ -48,9 +48,9 @@ const MAX_REDUCTION: u32 = 8;
 /// Minimum edge of reduced images in pixels.
 const MIN_EDGE: u32 = 64;
 
-/// Divides `time`: [`REFERENCE_SHARE`] for the reference, the rest for all configurations with three
-/// numbers of samples, each four times the one before. Reduces images of `edge` pixels, the smaller
-/// edge, where not even 16 samples fit; `None` for images of a size that must stay.
+/// Divides `time`: [`REFERENCE_SHARE`] for the reference, the rest for all configurations with
+/// three numbers of samples, each four times the one before. Reduces images of `edge` pixels, the
+/// smaller edge, where not even 16 samples fit; `None` for images of a size that must stay.
 pub fn fit(time: Duration, cost: Cost, edge: Option<u32>) -> Fit {
     let reference = time.mul_f64(REFERENCE_SHARE).clamp(REFERENCE_TIMES.0, REFERENCE_TIMES.1);
     let rest = time.as_secs_f64() * (1.0 - REFERENCE_SHARE) * 0.8;

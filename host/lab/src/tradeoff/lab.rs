@@ -7,7 +7,7 @@ use super::reference::{self, Reference};
 use super::supervisor::{Cancelling, Ending, Supervisor, check, was_stopped};
 use crate::Error;
 use std::path::Path;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use trisect::adaptive::{self, Adaptive, Free, Goal, Request};
 use trisect::bvh::BvhQuality;
 use trisect::device::{BackendError, Device, DeviceKind};
@@ -51,6 +51,11 @@ pub(super) struct ImageTiming {
 impl ImageTiming {
     pub fn all(&self) -> f64 {
         self.render + self.denoise + self.scale
+    }
+
+    /// Returns the time of the steps that cannot be cancelled.
+    pub fn after_rendering(&self) -> Duration {
+        Duration::try_from_secs_f64(self.denoise + self.scale).unwrap_or_default()
     }
 }
 
@@ -123,8 +128,8 @@ impl<'a> Lab<'a> {
         }
         Reference::check_folder(folder)?;
         supervisor.begin(0, 1, "reference");
-        // A render within a time takes longer than that: it prepares before, and on a slow device its
-        // first samples alone take longer.
+        // A render within a time takes longer than that: it prepares before, and on a slow device
+        // its first samples alone take longer.
         let slack = if matches!(goal, Goal::Time(_)) { TIME_SLACK } else { 1.0 };
         let until = left.zip(time).map(|(left, time)| left.saturating_sub(time.mul_f64(slack)));
         let made = check(supervisor).and_then(|()| {

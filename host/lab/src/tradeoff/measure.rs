@@ -9,7 +9,7 @@ use super::picture::Pictures;
 use super::point::{FORMAT, Missing, Point, Seconds, Tradeoff, VsBase};
 use super::recommend::recommend;
 use super::reference::{Reference, Truth};
-use super::supervisor::{Supervisor, check, was_stopped};
+use super::supervisor::{Reserving, Supervisor, check, was_stopped};
 use super::{Stop, TradeoffError, check_seeds};
 use crate::Error;
 use crate::bench::Summary;
@@ -82,6 +82,7 @@ impl Lab<'_> {
             );
         };
         let start = Instant::now();
+        let supervisor = &mut Reserving::new(supervisor);
         let device = self.renderer(base)?.device().info().clone();
         let mut found = SweepResult {
             points: Vec::new(),
@@ -138,11 +139,14 @@ impl Lab<'_> {
         sweep: &Sweep,
         reference: &Reference,
         found: &mut SweepResult,
-        supervisor: &mut dyn Supervisor,
+        supervisor: &mut Reserving,
     ) -> Result<(), Error> {
         check(supervisor)?;
         let image = reference.image();
+        let start = Instant::now();
         let truth = Truth::new(reference, &image)?;
+        // FLIP prepares one of two images here.
+        supervisor.note(2 * start.elapsed());
         found.pictures = Pictures::new(&truth);
         let base = &sweep.configurations[0];
         let all = sweep.configurations.len() * sweep.levels.len();
@@ -157,7 +161,7 @@ impl Lab<'_> {
                 supervisor.begin(level * sweep.configurations.len() + index, all, &stage);
                 // Compiles what this configuration needs, so that compiling is not measured.
                 match self.image(mode, 1, FIRST_SEED - 1, supervisor) {
-                    Ok(_) => {}
+                    Ok((_, took)) => supervisor.note(took.after_rendering()),
                     Err(error) if is_missing(&error) => {
                         supervisor.report(&format!("{}: not available here: {error}", mode.name()));
                         found.absent[index] = Some(error.to_string());
@@ -203,16 +207,22 @@ impl Lab<'_> {
         spp: u32,
         sweep: &Sweep,
         truth: &Truth,
-        supervisor: &mut dyn Supervisor,
+        supervisor: &mut Reserving,
     ) -> Result<MeasuredPoint, Error> {
         let (mut images, mut took) = (Vec::new(), Vec::new());
         for index in 0..sweep.seeds as u32 {
             let (image, times) = self.image(mode, spp, FIRST_SEED + index, supervisor)?;
+            supervisor.note(times.after_rendering());
             images.push(image);
             took.push(times);
         }
+        let start = Instant::now();
         let (flips, flip) = errors::flips(&images, truth, sweep.flips, supervisor)?;
+        supervisor.note(start.elapsed() / flips.len().max(1) as u32);
+        check(supervisor)?;
+        let start = Instant::now();
         let errors = Errors::of(&images, truth, &flips)?;
+        supervisor.note(start.elapsed());
         let each: Vec<f64> = took.iter().map(ImageTiming::all).collect();
         let all = Summary::of(&each).unwrap_or(Summary::NOTHING);
         let median = |of: fn(&ImageTiming) -> f64| {

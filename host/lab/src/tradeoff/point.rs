@@ -156,7 +156,7 @@ pub struct Tradeoff {
     /// Relative standard deviation of the base's time over the measurement: clock rates drift, and
     /// other programs use the machine.
     pub drift: f64,
-    /// What to use for this scene: fast, balanced and best. Empty if no point is good enough.
+    /// Recommended points for this scene: fast, balanced and best. Empty if none is good enough.
     #[serde(default)]
     pub recommended: Vec<Recommended>,
     /// Points, in the order of the knobs.

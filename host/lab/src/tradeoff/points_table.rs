@@ -20,7 +20,7 @@ pub(super) fn html(found: &Tradeoff) -> String {
         Column::number("FLIP"),
         Column::number("efficiency"),
         Column::number("95 % interval"),
-        Column::text("command"),
+        Column::for_screens("command"),
     ];
     let caption = "Green: on the Pareto front. A heading sorts by its column.".to_owned();
     Table { caption, columns, rows: found.points.iter().map(row).collect() }.html()
