@@ -11,6 +11,9 @@ pub(super) const SIZE: (f64, f64) = (960.0, 480.0);
 /// Frame of the plot: left, top, right, bottom.
 const FRAME: Area = [78.0, 14.0, 944.0, 424.0];
 
+/// Number of styles, each a colour and a shape; further series repeat them.
+const STYLES: usize = 8;
+
 /// Point of a chart.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Mark {
@@ -58,7 +61,7 @@ pub(crate) struct Figure<'a> {
 /// in more than colour.
 fn shape(style: usize, x: f64, y: f64) -> String {
     let r = 5.0;
-    let corners: &[(f64, f64)] = match style % 7 {
+    let corners: &[(f64, f64)] = match style % STYLES {
         0 => {
             let left = x - r;
             return format!("M{left:.1} {y:.1}a{r} {r} 0 1 0 {0} 0a{r} {r} 0 1 0 -{0} 0z", 2.0 * r);
@@ -68,7 +71,8 @@ fn shape(style: usize, x: f64, y: f64) -> String {
         3 => &[(0.0, -1.2), (1.2, 0.0), (0.0, 1.2), (-1.2, 0.0)],
         4 => &[(0.0, 1.1), (1.1, -0.9), (-1.1, -0.9)],
         5 => &[(-1.1, 0.0), (0.9, 1.1), (0.9, -1.1)],
-        _ => &[(1.1, 0.0), (-0.9, 1.1), (-0.9, -1.1)],
+        6 => &[(1.1, 0.0), (-0.9, 1.1), (-0.9, -1.1)],
+        _ => &[(-1.3, -0.5), (1.3, -0.5), (1.3, 0.5), (-1.3, 0.5)],
     };
     let places: Vec<String> =
         corners.iter().map(|(a, b)| format!("{:.1} {:.1}", x + a * r, y + b * r)).collect();
@@ -132,7 +136,12 @@ pub(crate) fn inline(figure: &Figure) -> String {
         let places: Vec<String> =
             series.points.iter().filter_map(place).map(|(x, y)| format!("{x:.1} {y:.1}")).collect();
         if places.len() > 1 {
-            let _ = writeln!(svg, "<path class=\"line s{}\" d=\"M{}\"/>", series.style % 7, places.join("L"));
+            let _ = writeln!(
+                svg,
+                "<path class=\"line s{}\" d=\"M{}\"/>",
+                series.style % STYLES,
+                places.join("L")
+            );
         }
     }
     let all: Vec<(f64, f64)> = points().filter_map(place).collect();
@@ -215,7 +224,7 @@ fn mark(style: usize, (x, y): (f64, f64), hollow: bool, tip: &str) -> String {
         "<g class=\"point\" role=\"img\" data-x=\"{x:.1}\"><title>{}</title>\
          <path class=\"mark s{}{hollow}\" d=\"{}\"/></g>",
         escape(tip),
-        style % 7,
+        style % STYLES,
         shape(style, x, y)
     )
 }
@@ -226,7 +235,7 @@ fn finish(svg: String, series: &[Marks]) -> String {
     if series.len() > 1 {
         html.push_str("<ul class=\"legend\">\n");
         for series in series {
-            let style = series.style % 7;
+            let style = series.style % STYLES;
             let line = if series.line {
                 format!("<path class=\"line s{style}\" d=\"M0 7H26\"/>")
             } else {
@@ -306,6 +315,14 @@ mod tests {
         assert!(page.contains(">error, %</text>") && page.contains(">seconds</text>"));
         assert!(page.contains("mark s1 hollow") && page.contains("</svg>one</li>"));
         assert!(!page.contains("fill=\"#") && !page.contains("stroke=\"#"), "a colour of its own");
+    }
+
+    #[test]
+    fn series_differ_in_shape() {
+        let shapes: Vec<String> = (0..STYLES).map(|style| shape(style, 0.0, 0.0)).collect();
+        assert!((1..STYLES).all(|index| !shapes[..index].contains(&shapes[index])));
+        let style = include_str!("style.css");
+        assert!((0..STYLES).all(|index| style.matches(&format!("--s{index}: ")).count() == 3));
     }
 
     #[test]

@@ -26,7 +26,7 @@ fn ranked<'a>(found: &Tradeoff, pictures: &'a Pictures) -> Vec<&'a Shown> {
     let mut ranked: Vec<&Shown> = Vec::new();
     for point in points {
         let is_it = |shown: &&Shown| shown.name == point.name() && shown.spp == point.spp;
-        let is_new = !ranked.iter().any(|shown| is_it(&shown));
+        let is_new = !ranked.iter().any(&is_it);
         ranked.extend(pictures.shown.iter().find(is_it).filter(|_| is_new));
     }
     ranked
