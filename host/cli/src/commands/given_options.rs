@@ -39,8 +39,9 @@ mod tests {
     #[test]
     fn options_are_as_they_were_given() {
         let words = "trisect tradeoff a.ron --allow-outside --resolution 48x32 --sampler independent --spp 4 \
-                     --time -1.5s --seeds 4 --time-limit 1m -o out --threads=2";
-        let matches = Cli::command().get_matches_from(words.split_whitespace());
+                     --time=-1.5s --seeds 4 --time-limit 1m -o out --threads=2";
+        let matches = Cli::command().try_get_matches_from(words.split_whitespace());
+        let matches = matches.unwrap_or_else(|error| panic!("{error}"));
         let given = matches.subcommand_matches("tradeoff").map(|given| job_options(given, &["spp"]));
         let mut given = given.unwrap_or_default();
         given.sort();

@@ -49,8 +49,12 @@ impl RenderCommand {
         let mut words = vec!["trisect".to_owned(), "render".to_owned()];
         words.extend(self.scene.as_deref().map(quoted));
         for (name, value) in options {
-            words.push(name);
-            words.extend(value.as_deref().map(quoted));
+            match value.as_deref().map(quoted) {
+                None => words.push(name),
+                // It would be read as an option.
+                Some(value) if value.starts_with('-') => words.push(format!("{name}={value}")),
+                Some(value) => words.extend([name, value]),
+            }
         }
         Some(words.join(" "))
     }
@@ -186,6 +190,13 @@ mod tests {
         assert_eq!(
             line("sampler independent"),
             Some("--sampler independent --allow-outside --spp 16".to_owned())
+        );
+        let early =
+            RenderCommand { scene: None, options: vec![("--time".to_owned(), Some("-1.5s".to_owned()))] };
+        assert_eq!(
+            early.line(&base, &base, 4).as_deref(),
+            Some("trisect render --time=-1.5s --spp 4"),
+            "a value like an option"
         );
         // No command gives an image of half the size enlarged, or another Fresnel term.
         for name in ["scale 1/2", "together scale 1/2, svgf", "fresnel exact", "fresnel Schlick"] {
