@@ -43,7 +43,8 @@ fn sentence(found: &Tradeoff) -> String {
             Some(_) => "none of the measured settings meets the rules below".to_owned(),
         };
         return format!(
-            "No setting can be recommended: {why}. Measure with more samples (--levels) or more time."
+            "No setting can be recommended: {why}. Measure with more samples \
+             (--levels), more time (--time-limit) or a smaller --resolution."
         );
     };
     let of = |point: &Point| format!("{} ({})", point.title(), point.cost());
