@@ -230,6 +230,9 @@ fn bench_report_draws_charts() {
         let csv = std::fs::read_to_string(out.join(format!("{stem}.csv"))).unwrap();
         assert_eq!(csv.lines().count(), 1 + json["points"].as_array().unwrap().len(), "{csv}");
     }
+    let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+    trisect_lab::page::check(&page).unwrap_or_else(|fault| panic!("{fault}"));
+    assert!(page.matches("<svg viewBox=\"0 0 960").count() == 4 && page.contains("cornell_box.ron</th>"));
     // An empty measurement is a usage error, and so is a time limit of zero.
     for wrong in [["--spheres=9"], ["--time-limit=0"]] {
         let output =

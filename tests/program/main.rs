@@ -8,6 +8,7 @@ mod bad_models;
 mod cameras;
 mod checkpoint;
 mod command_line;
+mod compare_page;
 mod docs;
 mod fallback;
 mod image_files;

@@ -111,6 +111,11 @@ pub struct CompareArgs {
     #[arg(long)]
     pub json: bool,
 
+    /// Also write a page with both images under a slider, their difference, FLIP errors, measures
+    /// and statistics; it needs no other file (default: none).
+    #[arg(long, value_name = "FILE.html")]
+    pub html: Option<PathBuf>,
+
     /// Exit with code 5 if relMSE exceeds X, 0 or more, or a pixel of either image is NaN or
     /// infinite (default: no limit).
     #[arg(long, value_name = "X", value_parser = parse_limit)]

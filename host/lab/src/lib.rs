@@ -2,9 +2,11 @@
 //! speed option.
 
 pub mod bench;
+pub mod comparison;
 mod error;
 #[cfg(test)]
 mod fingerprint_tests;
+pub mod page;
 mod plot;
 pub mod statistics;
 pub mod tradeoff;

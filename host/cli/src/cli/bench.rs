@@ -36,8 +36,8 @@ pub struct BenchArgs {
 /// Measurements of `trisect bench` other than the frames of one scene.
 #[derive(Debug, Subcommand)]
 pub enum BenchCommand {
-    /// Measure this machine and draw charts: time over samples per pixel, traversals and schedules
-    /// over the number of spheres, device against one CPU thread.
+    /// Measure this machine and write a report with charts: time over samples per pixel, traversals
+    /// and schedules over the number of spheres, device against one CPU thread.
     Report(ReportArgs),
     /// Measure how renders scale with the ranks of mpirun and draw charts: frames shared by rows
     /// and averaged images over the number of ranks, with an all-reduce of the whole image for
@@ -115,7 +115,7 @@ pub struct ReportArgs {
     #[arg(long, value_enum, default_value_t = MathMode::Precise)]
     pub math: MathMode,
 
-    /// Folder for charts and data; created if it does not exist.
+    /// Folder for report.html, charts and data; created if it does not exist.
     #[arg(short, long, alias = "out", value_name = "FOLDER", default_value = "report")]
     pub output: PathBuf,
 

@@ -41,8 +41,9 @@ pub struct TradeoffArgs {
     #[arg(long, value_name = "N,N", value_delimiter = ',', value_parser = super::parse_count)]
     pub levels: Vec<u32>,
 
-    /// Maximum time of the whole measurement, such as 60s. If it ends the measurement, the report
-    /// names what is missing, and the exit code is 7.
+    /// Maximum time of the whole measurement, such as 60s. Where it is too short for the scene's
+    /// own size, images are smaller, unless a size, --spp or --levels is given. If it ends the
+    /// measurement, the report names what is missing, and the exit code is 7.
     #[arg(long, value_name = "TIME", value_parser = super::time::parse_time, default_value = "8m")]
     pub time_limit: Duration,
 

@@ -15,6 +15,7 @@ pub mod dispatch;
 pub mod doctor;
 mod fallback_path;
 mod frames;
+mod given_options;
 pub mod info;
 mod lab;
 mod render;

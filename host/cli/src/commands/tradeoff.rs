@@ -2,7 +2,7 @@
 //! fall with the number of samples.
 
 use super::lab::{LabSupervisor, exit_code};
-use super::{Loaded, eprint, open, print};
+use super::{Loaded, eprint, given_options, open, print};
 use crate::cli::{ConvergeArgs, JobArgs, ReferenceArgs, TradeoffArgs};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -14,8 +14,9 @@ use trisect::output::Outputs;
 use trisect::scene::Scene;
 use trisect_lab::Error;
 use trisect_lab::tradeoff::{
-    Configuration, Convergence, ConvergencePlan, Fit, KNOBS, Lab, REFERENCE_SHARE, Reference, ReferenceInfo,
-    Supervisor, Sweep, TradeoffError, check_seeds, configurations, fit, is_output,
+    Configuration, Convergence, ConvergencePlan, Cost, Fit, KNOBS, Lab, REFERENCE_SHARE, Reference,
+    ReferenceInfo, RenderCommand, Supervisor, Sweep, TradeoffError, check_seeds, configurations, fit,
+    is_output,
 };
 
 /// Error target that no reference reaches, so that all its samples are rendered.
@@ -80,18 +81,29 @@ pub fn run(arguments: &TradeoffArgs) -> Result<ExitCode, Error> {
     let outputs = Outputs::default().folder("-o", Some(&arguments.output), is_output);
     let mut supervisor = LabSupervisor::new(arguments.time_limit, arguments.quiet);
     let ready = LabSetup::new(&arguments.job, &outputs)?;
-    let modes = ready.configurations(&arguments.knobs)?;
+    let mut modes = ready.configurations(&arguments.knobs)?;
     fs::create_dir_all(&arguments.output).map_err(TradeoffError::io(&arguments.output))?;
-    let LabSetup { scene, base, backend, .. } = ready;
-    let mut lab = Lab::new(&scene, backend);
-    let pixels = base.settings.pixels();
-    let flips = if pixels > LARGE { 2 } else { 4.min(arguments.seeds) };
-    let threads = std::thread::available_parallelism().map_or(1.0, |threads| threads.get() as f64);
-    let share = flips as f64 / arguments.seeds.max(1) as f64;
-    let analysis = pixels as f64 * (NANOSECONDS.0 + NANOSECONDS.1 * share) * 1e-9 / threads;
-    let pace = lab.pace(&base, &mut supervisor)?;
+    let mut lab = Lab::new(&ready.scene, ready.backend);
+    let (each, fixed) = lab.pace(&ready.base, &mut supervisor)?;
     let left = supervisor.time_left().unwrap_or_default();
-    let Fit { mut levels, seeds, reference } = fit(left, modes.len(), arguments.seeds, pace, analysis);
+    let (width, height) = (ready.base.settings.width, ready.base.settings.height);
+    let pixels = ready.base.settings.pixels();
+    let (configurations, seeds) = (modes.len(), arguments.seeds);
+    let analysis = pixels as f64 * analysis_seconds(flips_of(pixels, seeds), seeds);
+    let edge = may_reduce(arguments).then_some(width.min(height));
+    let cost = Cost { configurations, seeds, each, fixed, analysis };
+    let Fit { mut levels, seeds, reference, reduction } = fit(left, cost, edge);
+    if reduction > 1 {
+        let (width, height) = (width.div_ceil(reduction), height.div_ceil(reduction));
+        for mode in &mut modes {
+            (mode.settings.width, mode.settings.height) = (width, height);
+        }
+        supervisor.report(&format!(
+            "measuring at {width}x{height}, 1/{reduction} of the size, to fit the time; --resolution names another"
+        ));
+    }
+    let base = &modes[0];
+    let flips = flips_of(base.settings.pixels(), seeds);
     match (&arguments.levels[..], arguments.job.spp) {
         ([], None) => {}
         ([], Some(most)) => levels = vec![most.div_ceil(16), most.div_ceil(4), most],
@@ -106,9 +118,10 @@ pub fn run(arguments: &TradeoffArgs) -> Result<ExitCode, Error> {
     supervisor
         .report(&format!("{} configurations, {levels:?} samples per pixel, {seeds} seeds", modes.len()));
     let goal = (goal, REFERENCE_SHARE);
-    let reference = lab.reference(&base, goal, &cache, &mut supervisor)?;
+    let reference = lab.reference(base, goal, &cache, &mut supervisor)?;
     tell(reference.as_ref(), &mut supervisor);
-    let sweep = Sweep { configurations: &modes, levels: &levels, seeds, flips };
+    let command = base_command(&arguments.job);
+    let sweep = Sweep { configurations: &modes, levels: &levels, seeds, flips, command: &command, reduction };
     let (mut found, pictures) = lab.measure(&sweep, reference.as_ref(), &mut supervisor)?;
     supervisor.finish();
     found.seconds = supervisor.elapsed().as_secs_f64();
@@ -158,6 +171,37 @@ pub fn follow(arguments: &ConvergeArgs) -> Result<ExitCode, Error> {
     }
     print(&if arguments.json { json()? } else { found.summary() })?;
     Ok(exit_code(found.ended))
+}
+
+/// Returns the number of repetitions for which FLIP is computed.
+fn flips_of(pixels: u64, seeds: usize) -> usize {
+    if pixels > LARGE { 2 } else { 4.min(seeds) }
+}
+
+/// Returns the seconds per pixel that an image takes besides rendering, on all threads.
+fn analysis_seconds(flips: usize, seeds: usize) -> f64 {
+    let threads = std::thread::available_parallelism().map_or(1.0, |threads| threads.get() as f64);
+    let share = flips as f64 / seeds.max(1) as f64;
+    (NANOSECONDS.0 + NANOSECONDS.1 * share) * 1e-9 / threads
+}
+
+/// Returns whether images may be smaller than the scene's: neither a size nor numbers of samples
+/// are given.
+fn may_reduce(arguments: &TradeoffArgs) -> bool {
+    let JobArgs { resolution, width, height, spp, .. } = &arguments.job;
+    resolution.is_none()
+        && width.is_none()
+        && height.is_none()
+        && spp.is_none()
+        && arguments.levels.is_empty()
+}
+
+/// Returns the command that renders the base, without its number of samples.
+fn base_command(job: &JobArgs) -> RenderCommand {
+    RenderCommand {
+        scene: job.scene.as_ref().map(|scene| scene.display().to_string()),
+        options: given_options::of_job("tradeoff", &["spp"]),
+    }
 }
 
 /// Reports the reference's number of samples and its own error.

@@ -139,6 +139,19 @@ pub struct Comparison {
 ///
 /// [`MetricsError`] if a view is malformed or empty, or the sizes differ.
 pub fn compare(image: &ImageView, reference: &ImageView) -> Result<Comparison, MetricsError> {
+    compare_with_map(image, reference).map(|(comparison, _)| comparison)
+}
+
+/// Compares `image` with `reference` as [`compare`] does, and also returns the FLIP errors by
+/// pixel.
+///
+/// # Errors
+///
+/// Errors of [`compare`].
+pub fn compare_with_map(
+    image: &ImageView,
+    reference: &ImageView,
+) -> Result<(Comparison, flip::FlipMap), MetricsError> {
     check_pair(image, reference)?;
     let rows = image.pixels.par_chunks(image.width);
     let reference_rows = reference.pixels.par_chunks(image.width);
@@ -148,17 +161,19 @@ pub fn compare(image: &ImageView, reference: &ImageView) -> Result<Comparison, M
 
     let pixels = total.count as f64;
     let samples = 3.0 * pixels;
-    Ok(Comparison {
+    let map = flip::flip(image, reference)?;
+    let comparison = Comparison {
         rmse: (total.squared / samples).sqrt(),
         rel_mse: total.relative / samples,
         psnr_db: 10.0 * (samples / total.encoded).log10(),
-        flip_mean: flip::flip(image, reference)?.mean,
+        flip_mean: map.mean,
         max_difference: if total.count == 0 { f64::NAN } else { total.max },
         max_pixel: total.max_at,
         mean_a: total.a.map(|sum| sum / pixels),
         mean_b: total.b.map(|sum| sum / pixels),
         non_finite: image.pixels.len() - total.count,
-    })
+    };
+    Ok((comparison, map))
 }
 
 /// Checks both shapes, and that the sizes are equal.

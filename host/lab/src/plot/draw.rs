@@ -60,7 +60,7 @@ pub(crate) fn write(chart: &Chart, folder: &Path, stem: &str) -> Result<(), Benc
     fs::write(&path, bytes).map_err(BenchError::io(&path))
 }
 
-pub(crate) fn svg(chart: &Chart) -> Result<String, Failure> {
+pub(super) fn svg(chart: &Chart) -> Result<String, Failure> {
     let mut text = String::new();
     paint(SVGBackend::with_string(&mut text, SIZE).into_drawing_area(), chart, 1)?;
     Ok(text)

@@ -4,6 +4,6 @@ mod chart;
 mod draw;
 mod ticks;
 
-pub(crate) use chart::{Axis, Bars, Chart, Plot, Point, Series};
-pub(crate) use draw::{svg, write};
-pub(crate) use ticks::number;
+pub(crate) use chart::{Axis, Bars, Chart, Plot, Point, Scale, Series};
+pub(crate) use draw::write;
+pub(crate) use ticks::{Ticks, number};

@@ -4,7 +4,7 @@ use super::chart::Scale;
 
 /// Extent of an axis and the places of its ticks, both mapped: logarithms for [`Scale::Log`].
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Ticks {
+pub(crate) struct Ticks {
     pub low: f64,
     pub high: f64,
     pub places: Vec<f64>,
@@ -12,7 +12,7 @@ pub(super) struct Ticks {
 
 impl Scale {
     /// Returns the place of a value on the axis.
-    pub(super) fn map(self, value: f64) -> f64 {
+    pub(crate) fn map(self, value: f64) -> f64 {
         match self {
             Self::Linear => value,
             Self::Log => value.log10(),
@@ -20,13 +20,13 @@ impl Scale {
     }
 
     /// Returns whether a value has a place on the axis.
-    pub(super) fn shows(self, value: f64) -> bool {
+    pub(crate) fn shows(self, value: f64) -> bool {
         value.is_finite() && (self == Self::Linear || value > 0.0)
     }
 
     /// Returns the ticks of an axis for the values that it can show; without any, of an axis from 0
     /// (or 1) on.
-    pub(super) fn ticks(self, values: impl Iterator<Item = f64>) -> Ticks {
+    pub(crate) fn ticks(self, values: impl Iterator<Item = f64>) -> Ticks {
         let shown: Vec<f64> =
             values.filter(|&value| self.shows(value)).map(|value| self.map(value)).collect();
         let least = shown.iter().copied().fold(f64::INFINITY, f64::min);
@@ -39,7 +39,7 @@ impl Scale {
     }
 
     /// Returns the label of the tick at a place.
-    pub(super) fn label(self, place: f64) -> String {
+    pub(crate) fn label(self, place: f64) -> String {
         match self {
             Self::Linear => number(place),
             Self::Log => power(place),

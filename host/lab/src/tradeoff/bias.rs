@@ -4,16 +4,21 @@ use super::errors::Errors;
 use std::fmt;
 
 /// Bias that the repetitions show, at the three decimals of a percentage that are printed.
+///
+/// A bias has a size only if the interval of that size does not contain 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Bias {
     /// No bias beyond chance.
     NotSeen,
     /// A significant bias that is smaller than the printed decimals.
     Tiny,
+    /// Parts of the image differ by more than chance, but the intervals of the squared bias and of
+    /// the brightness contain 0: the size of the bias, if there is one, is unknown.
+    Suspected,
     /// A bias of this relative root mean square.
     Size(f64),
     /// A bias of the image's mean by this share. Its relative root mean square is smaller than the
-    /// printed decimals.
+    /// printed decimals, or its interval contains 0.
     Brightness(f64),
 }
 
@@ -21,7 +26,7 @@ pub(super) enum Bias {
 const MIN_PERCENT: f64 = 0.0005;
 
 impl Bias {
-    /// Returns whether the bias is large enough to report.
+    /// Returns whether the bias is known well enough, and is large enough, to be called one.
     pub fn is_seen(self) -> bool {
         matches!(self, Self::Size(_) | Self::Brightness(_))
     }
@@ -32,6 +37,7 @@ impl fmt::Display for Bias {
         match self {
             Self::NotSeen => to.write_str("no bias seen"),
             Self::Tiny => to.write_str("bias below 0.001 %"),
+            Self::Suspected => to.write_str("a bias of parts of the image is suspected"),
             Self::Size(size) => write!(to, "bias {:.3} %", 100.0 * size),
             Self::Brightness(share) => write!(to, "bias {:+.3} % of the brightness", 100.0 * share),
         }
@@ -43,10 +49,12 @@ impl Errors {
     pub(super) fn bias(&self) -> Bias {
         let size = self.squared_bias.value.max(0.0).sqrt();
         let shows = |share: f64| 100.0 * share.abs() >= MIN_PERCENT;
-        match self.biased {
+        let brightness = self.brightness;
+        match self.is_significant() {
             false => Bias::NotSeen,
-            true if shows(size) => Bias::Size(size),
-            true if shows(self.brightness.value) => Bias::Brightness(self.brightness.value),
+            true if self.squared_bias.low > 0.0 && shows(size) => Bias::Size(size),
+            true if !brightness.covers(0.0) && shows(brightness.value) => Bias::Brightness(brightness.value),
+            true if shows(size) || shows(brightness.value) => Bias::Suspected,
             true => Bias::Tiny,
         }
     }
@@ -60,9 +68,11 @@ mod tests {
     use crate::bench::Summary;
     use crate::statistics::Interval;
 
-    fn errors(biased: bool, squared_bias: f64, brightness: f64) -> Errors {
+    /// Returns errors whose tests say that there is a bias, or not. The intervals have no width.
+    fn errors(is_significant: bool, squared_bias: f64, brightness: f64) -> Errors {
         let of = |value| Interval { value, low: value, high: value };
-        Errors {
+        let means_p = if is_significant { 1e-9 } else { 0.5 };
+        let found = Errors {
             seeds: 4,
             rel_mse: of(1e-4),
             variance: of(1e-4),
@@ -70,12 +80,13 @@ mod tests {
             rmse: of(0.01),
             flip: of(0.01),
             brightness: of(brightness),
-            means_p: 1e-9,
+            means_p,
             bias_p: 0.5,
-            biased,
+            biased: false,
             each: vec![1e-4; 4],
             left_out: 0,
-        }
+        };
+        Errors { biased: found.bias().is_seen(), ..found }
     }
 
     /// Returns the printed lines for a configuration with these errors: that of a point, and that
@@ -98,6 +109,7 @@ mod tests {
             efficiency: Interval { value: 1.0, low: 1.0, high: 1.0 },
             against: None,
             on_front: false,
+            command: None,
         };
         let captures = [16, 32, 64].map(|spp| Capture { spp, errors: errors.clone() });
         [point.line(), ErrorCurve::of("clamp 16".to_owned(), captures.to_vec()).line()]
@@ -123,5 +135,27 @@ mod tests {
         assert!(said(&errors(true, 1e-6, 0.0), true)[0].contains("rare paths"));
         // Negative control: the same figures without significance.
         assert!(said(&errors(false, 1e-6, 0.1), false).iter().all(|line| !line.contains("biased")));
+    }
+
+    /// A bias whose interval contains 0 is none, however sure the tests of parts of the image are.
+    #[test]
+    fn what_may_be_nothing_is_not_called_a_bias() {
+        let around = |value: f64, half: f64| Interval { value, low: value - half, high: value + half };
+        let uncertain = Errors {
+            squared_bias: around(1e-6, 2e-6),
+            brightness: around(1e-3, 2e-3),
+            ..errors(true, 1e-6, 1e-3)
+        };
+        assert_eq!(uncertain.bias(), Bias::Suspected);
+        for line in said(&uncertain, false) {
+            assert!(line.contains("suspected") && !line.contains("biased"), "{line}");
+            assert!(!line.contains("bias 0.") && !line.contains("ends at"), "{line}");
+        }
+        assert!(said(&uncertain, true)[0].contains("rare paths"));
+        // Negative controls: either interval without 0.
+        let of_size = Errors { squared_bias: around(1e-6, 5e-7), ..uncertain.clone() };
+        assert!(matches!(of_size.bias(), Bias::Size(_)) && said(&of_size, false)[0].ends_with(": biased"));
+        let of_mean = Errors { brightness: around(1e-3, 5e-4), ..uncertain };
+        assert!(matches!(of_mean.bias(), Bias::Brightness(_)));
     }
 }

@@ -2,18 +2,20 @@
 
 use super::point::{Point as Found, Tradeoff};
 use super::reference::ReferenceInfo;
-use crate::plot::{Axis, Chart, Plot, Point, Series};
+use crate::page::{Figure, Mark, Marks, inline};
+use crate::plot::{Axis, Chart, Plot, Point, Series, number};
 
-/// Names of the configurations with a line in the chart, in the order of their colours.
-const SHOWN: [&str; 8] = [
-    "base",
-    "sampler sobol",
-    "roulette from segment 4",
-    "adaptive on",
-    "denoiser svgf",
-    "scale 1/2",
-    "together sobol, svgf",
-    "sampler independent",
+/// Names of the configurations with a line in the chart, each with its style. There is one sampler
+/// besides the base's.
+const SHOWN: [(usize, &str); 8] = [
+    (0, "base"),
+    (1, "sampler sobol"),
+    (1, "sampler independent"),
+    (2, "roulette from segment 4"),
+    (3, "adaptive on"),
+    (4, "denoiser svgf"),
+    (5, "scale 1/2"),
+    (6, "together sobol, svgf"),
 ];
 
 fn notes(found: &Tradeoff) -> Vec<String> {
@@ -29,15 +31,14 @@ fn place(point: &Found, hollow: bool) -> Point {
 
 /// Returns the chart of error over time for the configurations that most users ask about.
 pub(super) fn over_time(found: &Tradeoff) -> Chart {
-    let line = |(style, name): (usize, &&str)| {
+    let line = |&(style, name): &(usize, &str)| {
         let points: Vec<Point> = found
             .points
             .iter()
-            .filter(|p| p.name() == **name)
+            .filter(|p| p.name() == name)
             .map(|p| place(p, p.errors.bias().is_seen()))
             .collect();
-        let slope =
-            found.slopes.iter().find(|s| format!("{} {}", s.knob, s.level) == **name || s.knob == **name);
+        let slope = found.slopes.iter().find(|s| format!("{} {}", s.knob, s.level) == name || s.knob == name);
         let slope = slope.and_then(|slope| slope.over_time).map_or(String::new(), |s| format!(" ({s:.2})"));
         let name = format!("{}{slope}", name.replace("together ", "").replace(" from segment 4", ""));
         (!points.is_empty()).then_some(Series { name, style, points, marks: true, line: true })
@@ -49,7 +50,7 @@ pub(super) fn over_time(found: &Tradeoff) -> Chart {
         notes,
         x: Axis::log("seconds"),
         y: Axis::log("relative error, %"),
-        series: SHOWN.iter().enumerate().filter_map(line).collect(),
+        series: SHOWN.iter().filter_map(line).collect(),
     })
 }
 
@@ -82,4 +83,46 @@ pub(super) fn front(found: &Tradeoff) -> Chart {
         y: Axis::log("relative error, %"),
         series: all.into_iter().flatten().collect(),
     })
+}
+
+/// Returns the figures of a point, line by line.
+fn tip(point: &Found) -> String {
+    let bias = point.errors.bias();
+    let bias = if bias.is_seen() { String::new() } else { format!("{bias}, ") };
+    let flip = number(point.errors.flip.value);
+    format!("{}\n{}\n{bias}FLIP {flip}\n{}", point.title(), point.cost(), point.verdict())
+}
+
+/// Returns the chart of all points for a page: with the figures of each point in its tooltip, and
+/// labels on the Pareto front.
+pub(super) fn inline_front(found: &Tradeoff) -> String {
+    let mark = |point: &Found| Mark {
+        x: point.seconds.all.median,
+        y: 100.0 * point.relative_error(),
+        hollow: point.errors.bias().is_seen(),
+        tip: tip(point),
+        label: point.on_front.then(|| point.title()),
+    };
+    let series = |name: &str, style, line: bool, points: Vec<Mark>| Marks {
+        name: name.to_owned(),
+        style,
+        marks: !line,
+        line,
+        points,
+    };
+    let of = |biased: bool| -> Vec<Mark> {
+        found.points.iter().filter(|p| p.errors.bias().is_seen() == biased).map(mark).collect()
+    };
+    let mut front: Vec<Mark> = found.points.iter().filter(|point| point.on_front).map(mark).collect();
+    front.sort_by(|a, b| a.x.total_cmp(&b.x));
+    front.iter_mut().for_each(|mark| mark.label = None);
+    let (x, y) = (Axis::log("time of a render, s"), Axis::log("relative error, %"));
+    let title = format!("Time and error of all settings for {}", found.scene);
+    let all = [
+        series("Pareto front", 2, true, front),
+        series("no bias seen", 0, false, of(false)),
+        series("biased", 1, false, of(true)),
+    ];
+    let series = all.into_iter().filter(|series| !series.points.is_empty()).collect();
+    inline(&Figure { title: &title, x: &x, y: &y, series })
 }

@@ -184,7 +184,7 @@ impl Lab<'_> {
                     None => film.image(),
                 });
             }
-            let flips = errors::flips(&images, truth, FLIPS, supervisor)?;
+            let (flips, _) = errors::flips(&images, truth, FLIPS, supervisor)?;
             run.captures.push(Capture { spp: count, errors: Errors::of(&images, truth, &flips)? });
             run.means = Some(Means::of(&images));
             pace = Some(share.spent(supervisor).saturating_sub(spent) / (count - before).max(1));

@@ -103,6 +103,7 @@ impl ErrorCurve {
         let verdict = match (bias, slope) {
             (Bias::Size(size), _) => format!("ends at {:.3} %: biased", 100.0 * size),
             (Bias::Brightness(_), _) => format!("{bias}: biased"),
+            (Bias::Suspected, _) => bias.to_string(),
             (_, None) => "too few numbers of samples to tell".to_owned(),
             (_, Some(slope)) if slope.low <= -0.5 + TOLERANCE && slope.high >= -0.5 - TOLERANCE => {
                 "falls as noise does".to_owned()

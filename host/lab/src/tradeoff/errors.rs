@@ -47,8 +47,9 @@ pub struct Errors {
     /// Probability of a [`squared_bias`](Self::squared_bias) at least as large without a bias
     /// (one-sided).
     pub bias_p: f64,
-    /// True if the smaller of the two probabilities, with Šidák's correction, is below
-    /// [`SIGNIFICANCE`].
+    /// True if a bias was seen: the smaller of the two probabilities, with Šidák's correction, is
+    /// below [`SIGNIFICANCE`], and the squared bias or the brightness has an interval without 0 and
+    /// is not printed as 0.000 %.
     pub biased: bool,
     /// relMSE of each repetition, for tests against other configurations.
     pub each: Vec<f64>,
@@ -181,7 +182,7 @@ impl Errors {
         let bias_p = 0.5 * welch((bias, bias_error, freedom), (0.0, 0.0, f64::INFINITY)).p;
         let bias_p = if bias > 0.0 { bias_p } else { 1.0 - bias_p };
         let (brightness, means_p) = means(images, truth);
-        Ok(Self {
+        let errors = Self {
             seeds: n,
             rel_mse: Interval::of_mean(&each),
             variance: Interval::of(of_variance(None), variance_error, freedom),
@@ -191,10 +192,16 @@ impl Errors {
             brightness,
             means_p,
             bias_p,
-            biased: sidak(means_p.min(bias_p), 2) < SIGNIFICANCE,
+            biased: false,
             each,
             left_out: sums.left_out,
-        })
+        };
+        Ok(Self { biased: errors.bias().is_seen(), ..errors })
+    }
+
+    /// Returns whether chance would show as much difference in at most one of a thousand cases.
+    pub(super) fn is_significant(&self) -> bool {
+        sidak(self.means_p.min(self.bias_p), 2) < SIGNIFICANCE
     }
 
     /// Tests whether two configurations differ in relMSE: Welch's test of the logarithms by
@@ -214,19 +221,25 @@ impl Errors {
     }
 }
 
-/// Returns the mean LDR-FLIP of each of the first `count` images. Returns [`Error::Cancelled`] if
-/// the supervisor ends the measurement between two of them.
+/// Returns the mean LDR-FLIP of each of the first `count` images, and the FLIP errors of the first
+/// one. Returns [`Error::Cancelled`] if the supervisor ends the measurement between two of them.
 pub(super) fn flips(
     images: &[Image],
     truth: &Truth,
     count: usize,
     supervisor: &dyn Supervisor,
-) -> Result<Vec<f64>, Error> {
-    let of = |image: &Image| {
+) -> Result<(Vec<f64>, Vec<f32>), Error> {
+    let (mut means, mut first) = (Vec::new(), Vec::new());
+    for image in images.iter().take(count.max(1)) {
         check(supervisor)?;
-        Ok(truth.seen.flip(&view(image))?.mean)
-    };
-    images.iter().take(count).map(of).collect()
+        let map = truth.seen.flip(&view(image))?;
+        if means.is_empty() {
+            first = map.errors;
+        }
+        means.push(map.mean);
+    }
+    means.truncate(count);
+    Ok((means, first))
 }
 
 /// Returns the sum over each block of an image and the number of its finite values, block rows from

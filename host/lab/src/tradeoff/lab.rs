@@ -7,10 +7,10 @@ use super::reference::{self, Reference};
 use super::supervisor::{Cancelling, Ending, Supervisor, check, was_stopped};
 use crate::Error;
 use std::path::Path;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use trisect::adaptive::{self, Adaptive, Free, Goal, Request};
 use trisect::bvh::BvhQuality;
-use trisect::device::{BackendError, Device};
+use trisect::device::{BackendError, Device, DeviceKind};
 use trisect::image::Image;
 use trisect::render::{Renderer, Settings};
 use trisect::scene::Scene;
@@ -24,6 +24,13 @@ const UNREACHABLE_ERROR: f64 = 1e-9;
 
 /// A kept reference is good enough if it took at least this share of the time for a new one.
 const MIN_TIME_SHARE: f64 = 0.9;
+
+/// Time after which a reference with a goal of a time ends with the samples that it has, over that
+/// time.
+const TIME_SLACK: f64 = 1.2;
+
+/// Share of the time that is left from which on a render is long enough to tell the speed.
+const LONG_SHARE: f64 = 0.04;
 
 /// A scene on a device. Rebuilds its renderer where a configuration needs another BVH or texture
 /// filter.
@@ -44,6 +51,11 @@ pub(super) struct ImageTiming {
 impl ImageTiming {
     pub fn all(&self) -> f64 {
         self.render + self.denoise + self.scale
+    }
+
+    /// Returns the time of the steps that cannot be cancelled.
+    pub fn after_rendering(&self) -> Duration {
+        Duration::try_from_secs_f64(self.denoise + self.scale).unwrap_or_default()
     }
 }
 
@@ -116,10 +128,10 @@ impl<'a> Lab<'a> {
         }
         Reference::check_folder(folder)?;
         supervisor.begin(0, 1, "reference");
-        let until = match goal {
-            Goal::Error { .. } => left.zip(time).map(|(left, time)| left.saturating_sub(time)),
-            Goal::Time(_) => None,
-        };
+        // A render within a time takes longer than that: it prepares before, and on a slow device
+        // its first samples alone take longer.
+        let slack = if matches!(goal, Goal::Time(_)) { TIME_SLACK } else { 1.0 };
+        let until = left.zip(time).map(|(left, time)| left.saturating_sub(time.mul_f64(slack)));
         let made = check(supervisor).and_then(|()| {
             let scene = self.scene;
             let mut observer = Ending { supervisor, until };
@@ -210,12 +222,17 @@ impl<'a> Lab<'a> {
         base: &Configuration,
         supervisor: &mut dyn Supervisor,
     ) -> Result<(f64, f64), Error> {
+        let compiles = self.renderer(base)?.device().info().kind == DeviceKind::Gpu;
+        let long = supervisor.time_left().map_or(f64::INFINITY, |left| LONG_SHARE * left.as_secs_f64());
         let mut time = |spp: u32| -> Result<f64, Error> {
             let start = Instant::now();
             self.image(base, spp, FIRST_SEED, supervisor)?;
             Ok(start.elapsed().as_secs_f64())
         };
-        time(1)?;
+        let first = time(1)?;
+        if !compiles && first > long {
+            return Ok((first, 0.0));
+        }
         let fixed = time(1)?;
         let mut spp = 1;
         let mut took = fixed;

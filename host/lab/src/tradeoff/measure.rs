@@ -1,13 +1,15 @@
 //! Measures each configuration with each number of samples and several seeds.
 
+use super::command::RenderCommand;
 use super::configuration::Configuration;
 use super::errors::{self, Errors};
 use super::front;
 use super::lab::{FIRST_SEED, ImageTiming, Lab};
-use super::picture::{Picture, Pictures};
+use super::picture::Pictures;
 use super::point::{FORMAT, Missing, Point, Seconds, Tradeoff, VsBase};
+use super::recommend::recommend;
 use super::reference::{Reference, Truth};
-use super::supervisor::{Supervisor, check, was_stopped};
+use super::supervisor::{Reserving, Supervisor, check, was_stopped};
 use super::{Stop, TradeoffError, check_seeds};
 use crate::Error;
 use crate::bench::Summary;
@@ -33,6 +35,19 @@ pub struct Sweep<'a> {
     pub seeds: usize,
     /// Repetitions for which FLIP is computed.
     pub flips: usize,
+    /// Command that renders the base.
+    pub command: &'a RenderCommand,
+    /// Edges of the image of that command over those of the configurations' images.
+    pub reduction: u32,
+}
+
+/// Measured point with what its picture is made of.
+struct MeasuredPoint {
+    point: Point,
+    /// Image of the first seed.
+    image: Image,
+    /// FLIP errors of that image, by pixel.
+    flip: Vec<f32>,
 }
 
 /// Results of a sweep so far.
@@ -67,6 +82,7 @@ impl Lab<'_> {
             );
         };
         let start = Instant::now();
+        let supervisor = &mut Reserving::new(supervisor);
         let device = self.renderer(base)?.device().info().clone();
         let mut found = SweepResult {
             points: Vec::new(),
@@ -102,11 +118,13 @@ impl Lab<'_> {
             device: format!("{}: {} ({})", device.backend, device.name, device.details),
             width: base.settings.width,
             height: base.settings.height,
+            reduction: sweep.reduction,
             depth: base.settings.depth,
             reference: reference.map(|reference| reference.facts.clone()),
             seeds: sweep.seeds,
             drift,
             slopes: front::slopes(&points),
+            recommended: recommend(&points),
             points,
             missing,
             ended,
@@ -121,11 +139,14 @@ impl Lab<'_> {
         sweep: &Sweep,
         reference: &Reference,
         found: &mut SweepResult,
-        supervisor: &mut dyn Supervisor,
+        supervisor: &mut Reserving,
     ) -> Result<(), Error> {
         check(supervisor)?;
         let image = reference.image();
+        let start = Instant::now();
         let truth = Truth::new(reference, &image)?;
+        // FLIP prepares one of two images here.
+        supervisor.note(2 * start.elapsed());
         found.pictures = Pictures::new(&truth);
         let base = &sweep.configurations[0];
         let all = sweep.configurations.len() * sweep.levels.len();
@@ -140,7 +161,7 @@ impl Lab<'_> {
                 supervisor.begin(level * sweep.configurations.len() + index, all, &stage);
                 // Compiles what this configuration needs, so that compiling is not measured.
                 match self.image(mode, 1, FIRST_SEED - 1, supervisor) {
-                    Ok(_) => {}
+                    Ok((_, took)) => supervisor.note(took.after_rendering()),
                     Err(error) if is_missing(&error) => {
                         supervisor.report(&format!("{}: not available here: {error}", mode.name()));
                         found.absent[index] = Some(error.to_string());
@@ -148,14 +169,13 @@ impl Lab<'_> {
                     }
                     Err(error) => return Err(error),
                 }
-                let (mut point, first) = self.point(mode, spp, sweep, &truth, supervisor)?;
+                let measured = self.point(mode, spp, sweep, &truth, supervisor)?;
+                let MeasuredPoint { mut point, image, flip } = measured;
                 point.exact = mode.is_exact(base, !self.scene.lights.is_empty());
+                point.command = sweep.command.line(base, mode, spp);
                 supervisor.report(&point.line());
-                found.points.push((index, point.clone()));
-                if level + 1 == sweep.levels.len() {
-                    check(supervisor)?;
-                    found.pictures.add(&point, Picture::of(&first, &truth)?);
-                }
+                found.pictures.add(&point, &image, &flip, &truth);
+                found.points.push((index, point));
                 let as_built = (mode.quality, mode.nearest) == (base.quality, base.nearest);
                 if as_built && index % CONFIGURATIONS_PER_EPOCH == 0 {
                     let epoch = self.base_again(base, spp, supervisor)?;
@@ -180,23 +200,29 @@ impl Lab<'_> {
         Ok(Summary::of(&times).map_or(f64::NAN, |summary| summary.median.ln()))
     }
 
-    /// Measures a configuration with a number of samples. Also returns the image of the first seed.
+    /// Measures a configuration with a number of samples.
     fn point(
         &mut self,
         mode: &Configuration,
         spp: u32,
         sweep: &Sweep,
         truth: &Truth,
-        supervisor: &mut dyn Supervisor,
-    ) -> Result<(Point, Image), Error> {
+        supervisor: &mut Reserving,
+    ) -> Result<MeasuredPoint, Error> {
         let (mut images, mut took) = (Vec::new(), Vec::new());
         for index in 0..sweep.seeds as u32 {
             let (image, times) = self.image(mode, spp, FIRST_SEED + index, supervisor)?;
+            supervisor.note(times.after_rendering());
             images.push(image);
             took.push(times);
         }
-        let flips = errors::flips(&images, truth, sweep.flips, supervisor)?;
+        let start = Instant::now();
+        let (flips, flip) = errors::flips(&images, truth, sweep.flips, supervisor)?;
+        supervisor.note(start.elapsed() / flips.len().max(1) as u32);
+        check(supervisor)?;
+        let start = Instant::now();
         let errors = Errors::of(&images, truth, &flips)?;
+        supervisor.note(start.elapsed());
         let each: Vec<f64> = took.iter().map(ImageTiming::all).collect();
         let all = Summary::of(&each).unwrap_or(Summary::NOTHING);
         let median = |of: fn(&ImageTiming) -> f64| {
@@ -211,9 +237,10 @@ impl Lab<'_> {
         };
         let efficiency = errors.efficiency(seconds.all.median);
         let (knob, level) = (mode.knob.to_owned(), mode.level.clone());
-        let (exact, against, on_front) = (false, None, false);
-        let point = Point { knob, level, exact, spp, seconds, errors, efficiency, against, on_front };
-        Ok((point, images.swap_remove(0)))
+        let (exact, against, on_front, command) = (false, None, false, None);
+        let point =
+            Point { knob, level, exact, spp, seconds, errors, efficiency, against, on_front, command };
+        Ok(MeasuredPoint { point, image: images.swap_remove(0), flip })
     }
 }
 

@@ -5,8 +5,10 @@
 //! [`Tradeoff::write`] writes the report. A [`Supervisor`] can end the measurement; the report then
 //! has what was measured by then. Used by `trisect tradeoff` and `trisect converge`.
 
+mod advice;
 mod bias;
 mod charts;
+mod command;
 mod configuration;
 mod converge;
 mod enlarge;
@@ -14,26 +16,30 @@ mod error_curve;
 mod errors;
 mod fit;
 mod front;
+mod gallery;
 mod lab;
 mod measure;
 mod page;
 mod picture;
 mod point;
+mod points_table;
+mod recommend;
 mod reference;
 mod supervisor;
 mod table;
 
 pub use crate::error::TradeoffError;
+pub use command::RenderCommand;
 pub use configuration::{Configuration, KNOBS, configurations};
 pub use converge::ConvergencePlan;
 pub use error_curve::{Capture, Convergence, ErrorCurve, Pair};
 pub use errors::{Errors, SIGNIFICANCE};
-pub use fit::{Fit, REFERENCE_SHARE, fit};
+pub use fit::{Cost, Fit, REFERENCE_SHARE, fit};
 pub use lab::Lab;
 pub use measure::Sweep;
 pub use page::is_output;
 pub use picture::Pictures;
-pub use point::{Missing, Point, Seconds, Slope, Tradeoff, VsBase};
+pub use point::{Missing, Point, Purpose, Recommended, Seconds, Slope, Tradeoff, VsBase};
 pub use reference::{Reference, ReferenceInfo, Truth, hash};
 pub use supervisor::{Stop, Supervisor};
 

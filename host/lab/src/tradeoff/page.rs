@@ -1,23 +1,13 @@
 //! Writes a trade-off measurement as one HTML page that needs no other file, with the data and
 //! charts as files beside it.
 
-use super::bias::Bias;
-use super::picture::{Pictures, Thumbnail};
-use super::point::{Point, Tradeoff};
-use super::{TradeoffError, charts, table};
-use crate::plot::{self, Chart};
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
-use std::fmt::Write;
+use super::picture::Pictures;
+use super::point::Tradeoff;
+use super::{TradeoffError, advice, charts, gallery, points_table, table};
+use crate::page::{self, Document};
+use crate::plot;
 use std::fs;
 use std::path::{Path, PathBuf};
-use trisect::output::encode_bytes;
-
-const STYLE: &str = "body{font:15px/1.45 sans-serif;margin:2em auto;max-width:1240px;padding:0 1em;color:#222}\
-table{border-collapse:collapse;font-size:13px}td,th{padding:3px 8px;border-bottom:1px solid #ddd;text-align:right}\
-td:first-child,th:first-child,td:last-child{text-align:left}tr.front{background:#e8f4ec}\
-.grid{display:grid;grid-template-columns:repeat(3,1fr);gap:4px;margin:0 0 1.2em}img{width:100%;image-rendering:pixelated}\
-svg{max-width:100%;height:auto}figcaption{font-size:13px}";
 
 /// Returns whether [`Tradeoff::write`] writes a file of this name.
 pub fn is_output(name: &Path) -> bool {
@@ -61,135 +51,86 @@ impl Tradeoff {
         };
         save("tradeoff.json", self.json()?.as_bytes())?;
         save("tradeoff.csv", table::csv(self).as_bytes())?;
-        let drawn = [("error_over_time", charts::over_time(self)), ("front", charts::front(self))];
-        let mut inline = Vec::new();
-        for (stem, chart) in &drawn {
-            plot::write(chart, folder, stem)
-                .map_err(|error| TradeoffError::encode(&folder.join(stem), error))?;
-            inline.push(svg(chart, folder)?);
-        }
-        let page = self.page(pictures, &inline, folder)?;
+        let path = folder.join("report.html");
+        let page = self.page(pictures).map_err(|error| TradeoffError::encode(&path, error))?;
         save("report.html", page.as_bytes())?;
-        files.extend(
-            drawn
-                .iter()
-                .flat_map(|(stem, _)| ["svg", "png"].map(|kind| folder.join(format!("{stem}.{kind}")))),
-        );
+        for (stem, chart) in [("error_over_time", charts::over_time(self)), ("front", charts::front(self))] {
+            plot::write(&chart, folder, stem)
+                .map_err(|error| TradeoffError::encode(&folder.join(stem), error))?;
+            files.extend(["svg", "png"].map(|kind| folder.join(format!("{stem}.{kind}"))));
+        }
         Ok(files)
     }
 
-    fn page(&self, pictures: &Pictures, charts: &[String], folder: &Path) -> Result<String, TradeoffError> {
-        let title = escape(&format!("Speed and accuracy: {}", self.scene));
-        let mut page = format!(
-            "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{title}</title><style>{STYLE}</style></head><body>\n<h1>{title}</h1>\n"
+    /// Returns the report as a page.
+    fn page(&self, pictures: &Pictures) -> Result<String, String> {
+        let mut page = Document::new(&format!("What to use for {}", self.scene));
+        advice::write(self, &mut page);
+        page.section("Time and error");
+        page.paragraph(
+            "note",
+            "Each point is a setting with a number of samples; those below and left of others are better. The line \
+             joins the points that no other beats in both time and error (the Pareto front). Point at one, or press \
+             Tab and the arrow keys, for its figures. Hollow: biased.",
         );
+        page.add(&charts::inline_front(self));
+        page.section("Error over time");
+        page.paragraph(
+            "note",
+            "The settings that most users ask about. In brackets: the slope, which is -0.5 where the error is noise.",
+        );
+        page.add(&page::inline_plot(&charts::over_time(self)));
+        page.section("All points");
+        page.add(&points_table::html(self));
+        self.list_missing(&mut page);
+        gallery::write(self, pictures, &mut page)?;
+        self.write_conditions(&mut page);
+        Ok(page.finish())
+    }
+
+    fn list_missing(&self, page: &mut Document) {
+        if !self.missing.is_empty() {
+            page.section("Not measured here");
+            page.list(self.missing.iter().map(|missing| {
+                let name = format!("{} {}", missing.knob, missing.level);
+                format!("{name}: {}", missing.reason)
+            }));
+        }
+    }
+
+    /// Writes how the figures were measured.
+    fn write_conditions(&self, page: &mut Document) {
+        page.section("How this was measured");
         let reference = self.reference.as_ref().map_or("There is no reference.".to_owned(), |r| {
             format!(
                 "The reference has {:.0} samples a pixel, by {}, and an own error of {:.3} %, \
-                 which the figures below do not contain.",
+                 which the figures do not contain.",
                 r.samples,
-                escape(&r.device),
+                r.device,
                 100.0 * r.error
             )
         });
-        let ended = self.ended.map_or(String::new(), |stop| {
-            format!(" This measurement was {}; what was not measured is listed below.", stop.reason())
-        });
-        let mut add = |text: String| page.push_str(&text);
-        add(format!(
-            "<p>{}×{}, depth {}, on {}. Trisect {}. {} seeds per point. {reference}{ended}</p>\n",
-            self.width,
-            self.height,
-            self.depth,
-            escape(&self.device),
-            escape(&self.version),
-            self.seeds,
-        ));
-        charts.iter().for_each(|chart| add(format!("<figure>{chart}</figure>\n")));
-        add("<h2>All points</h2>\n<p>Error: root of relMSE, with its 95 % interval. Noise: the part that falls with more samples; bias: the part that stays. \
-             Efficiency: relative to the base with as many samples; above 1 the same error takes less time. Green: on the Pareto front.</p>\n<table><tr>\
-             <th>configuration</th><th>spp</th><th>seconds</th><th>error, %</th><th>noise, %</th><th>bias, %</th><th>brightness, %</th><th>RMSE</th><th>FLIP</th>\
-             <th>efficiency</th><th></th></tr>\n"
-            .to_owned());
-        self.points.iter().for_each(|point| add(row(point)));
-        add("</table>\n".to_owned());
-        if !self.missing.is_empty() {
-            add("<h2>Not measured here</h2>\n<ul>".to_owned());
-            for missing in &self.missing {
-                let line = format!("{} {}: {}", missing.knob, missing.level, missing.reason);
-                add(format!("<li>{}</li>", escape(&line)));
-            }
-            add("</ul>\n".to_owned());
-        }
-        if let Some(reference) = &pictures.reference {
-            add(format!(
-                "<h2>Images</h2>\n<p>The image of the first seed; its difference from the reference, divided by the root of the reference's square plus 0.01, \
-                 brightest from 50 %; and FLIP. Each configuration has its largest number of samples per pixel.</p>\n<figure><figcaption>Reference</figcaption>\
-                 <div class=\"grid\">{}</div></figure>\n",
-                picture(reference, folder)?
-            ));
-        }
-        for (name, spp, shown) in &pictures.shown {
-            let all = [&shown.image, &shown.difference, &shown.flip];
-            let all: Vec<String> =
-                all.into_iter().map(|small| picture(small, folder)).collect::<Result<_, _>>()?;
-            add(format!(
-                "<figure><figcaption>{}, {spp} spp</figcaption><div class=\"grid\">{}</div></figure>\n",
-                escape(name),
-                all.concat()
-            ));
-        }
-        page.push_str("</body></html>\n");
-        Ok(page)
+        let mut lines = vec![
+            format!(
+                "{}, {}×{}, depth {}, on {}, by Trisect {}.",
+                self.scene, self.width, self.height, self.depth, self.device, self.version
+            ),
+            format!(
+                "{} images with different seeds for each point; {:.0} s in all. A time is the median of \
+                 rendering, denoising and scaling, without loading, compiling and writing.",
+                self.seeds, self.seconds
+            ),
+            reference,
+            format!("The time of the base varied by {:.1} % over the measurement.", 100.0 * self.drift),
+            "Error: the root of relMSE, with its 95 % interval; that of a black image is at most 100 %. Noise is the \
+             part that falls with more samples, bias the part that stays. Efficiency: 1 / (error² × time), relative \
+             to the base with as many samples; above 1 the same error takes less time."
+                .to_owned(),
+        ];
+        lines.extend(self.ended.map(|stop| format!("This measurement was {}.", stop.reason())));
+        page.list(lines);
     }
 }
 
-fn row(point: &Point) -> String {
-    let errors = &point.errors;
-    let root = |value: f64| 100.0 * value.max(0.0).sqrt();
-    let all = errors.rel_mse;
-    let efficiency = point.against.as_ref().map_or("1".to_owned(), |against| {
-        let e = against.efficiency;
-        format!("{:.2} ({:.2} to {:.2})", e.value, e.low, e.high)
-    });
-    let mut text = format!("<tr{}>", if point.on_front { " class=\"front\"" } else { "" });
-    let cells = [
-        escape(&point.name()),
-        point.spp.to_string(),
-        format!("{:.4}", point.seconds.all.median),
-        format!("{:.3} ({:.3} to {:.3})", root(all.value), root(all.low), root(all.high)),
-        format!("{:.3}", root(errors.variance.value)),
-        match errors.bias() {
-            Bias::NotSeen => "none seen".to_owned(),
-            Bias::Tiny => "below 0.001".to_owned(),
-            Bias::Size(size) => {
-                format!("{:.3}{}", 100.0 * size, if point.exact { " (rare paths)" } else { "" })
-            }
-            Bias::Brightness(_) => "of the brightness".to_owned(),
-        },
-        format!("{:+.3}", 100.0 * errors.brightness.value),
-        format!("{:.5}", errors.rmse.value),
-        format!("{:.4}", errors.flip.value),
-        efficiency,
-        point.verdict().to_owned(),
-    ];
-    for cell in cells {
-        let _ = write!(text, "<td>{cell}</td>");
-    }
-    text + "</tr>\n"
-}
-
-fn svg(chart: &Chart, folder: &Path) -> Result<String, TradeoffError> {
-    plot::svg(chart).map_err(|error| TradeoffError::encode(&folder.join("report.html"), error))
-}
-
-fn picture(small: &Thumbnail, folder: &Path) -> Result<String, TradeoffError> {
-    let wrong = |error: String| TradeoffError::encode(&folder.join("report.html"), error);
-    let bytes = encode_bytes(small.width, small.height, &small.bytes).map_err(wrong)?;
-    Ok(format!("<img src=\"data:image/png;base64,{}\" alt=\"\">", STANDARD.encode(bytes)))
-}
-
-/// Escapes text for HTML.
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
+#[cfg(test)]
+mod tests;

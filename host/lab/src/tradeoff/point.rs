@@ -1,5 +1,6 @@
 //! Results of a trade-off measurement, as its JSON holds them.
 
+use super::bias::Bias;
 use super::configuration::Configuration;
 use super::errors::Errors;
 use super::reference::ReferenceInfo;
@@ -7,6 +8,10 @@ use super::supervisor::Stop;
 use crate::bench::Summary;
 use crate::statistics::{Interval, Welch, mean_and_error, welch};
 use serde::{Deserialize, Serialize};
+
+/// Relative error above which an image is of no use. That of a black image is at most 1: an error
+/// of 0.94 is nearly that of no image at all, and says nothing about an option's gain.
+pub const MAX_USEFUL_ERROR: f64 = 0.5;
 
 /// Version of the JSON format. It is raised when a field changes its meaning or is removed.
 pub const FORMAT: u32 = 1;
@@ -68,6 +73,34 @@ pub struct Point {
     pub against: Option<VsBase>,
     /// True if no other point is at least as fast and as accurate, and better in one of the two.
     pub on_front: bool,
+    /// Command line that renders such an image; `None` if none does.
+    #[serde(default)]
+    pub command: Option<String>,
+}
+
+/// Purpose of a recommended point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Purpose {
+    /// An image soon.
+    Fast,
+    /// An image in between.
+    Balanced,
+    /// The most accurate image.
+    Best,
+}
+
+/// Point that is recommended for this scene on this device.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Recommended {
+    /// Purpose.
+    pub purpose: Purpose,
+    /// Knob, as in [`Point::knob`].
+    pub knob: String,
+    /// Level, as in [`Point::level`].
+    pub level: String,
+    /// Samples per pixel, as in [`Point::spp`].
+    pub spp: u32,
 }
 
 /// Slope of a configuration's error over time and over samples.
@@ -109,6 +142,10 @@ pub struct Tradeoff {
     pub width: u32,
     /// Pixels down.
     pub height: u32,
+    /// Edges of the scene's image over those of the measured images: 1 unless the time was too
+    /// short for the whole size.
+    #[serde(default = "whole_size")]
+    pub reduction: u32,
     /// Maximum number of segments of a path, for the base.
     pub depth: u32,
     /// Reference that errors are measured against; `None` if the measurement ended before there was
@@ -119,6 +156,9 @@ pub struct Tradeoff {
     /// Relative standard deviation of the base's time over the measurement: clock rates drift, and
     /// other programs use the machine.
     pub drift: f64,
+    /// Recommended points for this scene: fast, balanced and best. Empty if none is good enough.
+    #[serde(default)]
+    pub recommended: Vec<Recommended>,
     /// Points, in the order of the knobs.
     pub points: Vec<Point>,
     /// Slopes of each configuration.
@@ -130,6 +170,32 @@ pub struct Tradeoff {
     pub ended: Option<Stop>,
     /// Duration of the whole measurement in seconds.
     pub seconds: f64,
+}
+
+fn whole_size() -> u32 {
+    1
+}
+
+impl Purpose {
+    /// Returns the purpose as a word.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Fast => "fast",
+            Self::Balanced => "balanced",
+            Self::Best => "best",
+        }
+    }
+}
+
+impl Tradeoff {
+    /// Returns the recommended points, each with its purpose.
+    pub fn recommended_points(&self) -> impl Iterator<Item = (Purpose, &Point)> {
+        self.recommended.iter().filter_map(|of| {
+            let is_it =
+                |point: &&Point| (&point.knob, &point.level, point.spp) == (&of.knob, &of.level, of.spp);
+            Some((of.purpose, self.points.iter().find(is_it)?))
+        })
+    }
 }
 
 impl Missing {
@@ -151,22 +217,40 @@ impl Point {
 
     /// Returns the root of relMSE; 0 if the estimate of relMSE is negative by chance.
     pub fn relative_error(&self) -> f64 {
-        self.errors.rel_mse.value.max(0.0).sqrt()
+        root(self.errors.rel_mse.value)
+    }
+
+    /// Returns the upper end of the interval of [`relative_error`](Self::relative_error).
+    pub fn max_relative_error(&self) -> f64 {
+        root(self.errors.rel_mse.high)
+    }
+
+    /// Returns whether the error is too large for the point to be called better than another one.
+    pub fn is_too_inaccurate(&self) -> bool {
+        self.relative_error().is_nan() || self.relative_error() > MAX_USEFUL_ERROR
     }
 
     /// Returns the verdict on the knob in a word or two.
     pub fn verdict(&self) -> &'static str {
+        let bias = self.errors.bias();
         match &self.against {
-            _ if self.errors.bias().is_seen() && self.exact => "rare paths",
-            _ if self.errors.bias().is_seen() => "biased",
+            _ if self.exact && (bias.is_seen() || bias == Bias::Suspected) => "rare paths",
+            _ if bias.is_seen() => "biased",
+            _ if bias == Bias::Suspected => "bias suspected",
             None if self.knob == "base" => "base",
             None => "measured",
             Some(against) if !against.measurable => "not measurable here",
+            Some(_) if self.is_too_inaccurate() => "too inaccurate",
             Some(against) if against.efficiency.low > 1.0 => "better",
             Some(against) if against.efficiency.high < 1.0 => "worse",
             Some(_) => "no clear gain",
         }
     }
+}
+
+/// Returns the root of an estimate, which may be negative by chance. NaN stays NaN.
+fn root(value: f64) -> f64 {
+    if value < 0.0 { 0.0 } else { value.sqrt() }
 }
 
 impl VsBase {

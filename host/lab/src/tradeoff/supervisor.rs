@@ -76,28 +76,75 @@ impl RenderObserver for Cancelling<'_> {
     }
 }
 
-/// Ends a render with the samples that it has once its share of the time is over. Cancels it if the
-/// measurement must end and the render has no samples yet.
+/// Ends a render with the samples that it has once its share of the time is over, or at an
+/// interrupt. Cancels it at the end of the measurement's time, and at an interrupt if the render
+/// has no samples yet.
 pub(super) struct Ending<'a> {
     pub supervisor: &'a mut dyn Supervisor,
-    /// Time left to the measurement when the render's share is over, or `None` for a render whose
-    /// goal is a time.
+    /// Time left to the measurement when the render's share is over; `None` without a limit.
     pub until: Option<Duration>,
 }
 
 impl RenderObserver for Ending<'_> {
     fn progress(&mut self, done: u64, total: u64) -> ControlFlow<()> {
-        match self.supervisor.progress(done, total) {
-            ControlFlow::Continue(()) if done > 0 || self.supervisor.stop().is_none() => {
-                ControlFlow::Continue(())
-            }
-            _ => ControlFlow::Break(()),
+        let flow = self.supervisor.progress(done, total);
+        match (flow, self.supervisor.stop()) {
+            (ControlFlow::Break(()), _) | (_, Some(Stop::OutOfTime)) => ControlFlow::Break(()),
+            (_, Some(Stop::Interrupted)) if done == 0 => ControlFlow::Break(()),
+            _ => ControlFlow::Continue(()),
         }
     }
 
     fn should_continue(&self) -> bool {
         let over = self.until.zip(self.supervisor.time_left()).is_some_and(|(until, left)| left <= until);
         self.supervisor.stop().is_none() && !over
+    }
+}
+
+/// Ends a measurement so long before the end of its time as its longest step without a check takes:
+/// FLIP and statistics of large images cannot be cancelled.
+pub(super) struct Reserving<'a> {
+    supervisor: &'a mut dyn Supervisor,
+    reserve: Duration,
+}
+
+impl<'a> Reserving<'a> {
+    pub fn new(supervisor: &'a mut dyn Supervisor) -> Self {
+        Self { supervisor, reserve: Duration::ZERO }
+    }
+
+    /// Notes that a step without a check took this long.
+    pub fn note(&mut self, step: Duration) {
+        self.reserve = self.reserve.max(step);
+    }
+}
+
+impl RenderObserver for Reserving<'_> {
+    fn progress(&mut self, done: u64, total: u64) -> ControlFlow<()> {
+        self.supervisor.progress(done, total)
+    }
+
+    fn should_continue(&self) -> bool {
+        self.stop().is_none()
+    }
+}
+
+impl Supervisor for Reserving<'_> {
+    fn stop(&self) -> Option<Stop> {
+        let is_over = self.supervisor.time_left().is_some_and(|left| left <= self.reserve);
+        self.supervisor.stop().or(is_over.then_some(Stop::OutOfTime))
+    }
+
+    fn time_left(&self) -> Option<Duration> {
+        self.supervisor.time_left().map(|left| left.saturating_sub(self.reserve))
+    }
+
+    fn report(&mut self, line: &str) {
+        self.supervisor.report(line);
+    }
+
+    fn begin(&mut self, done: usize, all: usize, stage: &str) {
+        self.supervisor.begin(done, all, stage);
     }
 }
 
@@ -192,6 +239,30 @@ pub(super) mod tests {
         fn begin(&mut self, _: usize, _: usize, _: &str) {
             self.count();
         }
+    }
+
+    #[test]
+    fn long_steps_end_within_the_time() {
+        let seconds = Duration::from_secs;
+        let mut inner = Scripted::within(12);
+        inner.done = 5;
+        let mut supervisor = Reserving::new(&mut inner);
+        supervisor.note(seconds(3));
+        supervisor.note(seconds(1));
+        assert_eq!((supervisor.stop(), supervisor.time_left()), (None, Some(seconds(4))));
+        let _ = supervisor.progress(0, 0);
+        let _ = supervisor.progress(0, 0);
+        let _ = supervisor.progress(0, 0);
+        assert_eq!(supervisor.stop(), None);
+        let _ = supervisor.progress(0, 0);
+        // Three seconds are left, and a step takes as long.
+        assert_eq!((supervisor.stop(), supervisor.time_left()), (Some(Stop::OutOfTime), Some(seconds(0))));
+        // Negative control: without a note it goes on, as does a measurement without a limit.
+        assert_eq!(inner.stop(), None);
+        let mut free = Scripted::new(12);
+        let mut supervisor = Reserving::new(&mut free);
+        supervisor.note(seconds(100));
+        assert_eq!((supervisor.stop(), supervisor.time_left()), (None, None));
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! Results of a trade-off measurement as lines for people and as CSV.
 
+use super::advice;
+use super::bias::Bias;
 use super::point::{Point, Tradeoff};
 use super::reference::ReferenceInfo;
 use crate::statistics::Interval;
@@ -14,6 +16,9 @@ impl Point {
     pub fn line(&self) -> String {
         let errors = &self.errors;
         let bias = match errors.bias() {
+            Bias::Suspected if self.exact => {
+                format!("{} (without bias by construction: paths too rare for the samples)", Bias::Suspected)
+            }
             bias if self.exact && bias.is_seen() => {
                 let off = bias.to_string().replacen("bias", "off by", 1);
                 format!("{off} (without bias by construction: paths too rare for the samples)")
@@ -79,7 +84,7 @@ pub(super) fn csv(found: &Tradeoff) -> String {
 }
 
 impl Tradeoff {
-    /// Returns a summary for people: the Pareto front, and what was not measured.
+    /// Returns a summary for people: the Pareto front, what to use, and what was not measured.
     pub fn summary(&self) -> String {
         let mut text = format!(
             "{}, {}x{} on {}: {} points in {:.0} s; {}\nPareto front, from fast to accurate:\n",
@@ -96,6 +101,7 @@ impl Tradeoff {
         for point in front {
             text += &format!("  {}\n", point.line());
         }
+        text += &advice::lines(self);
         for missing in &self.missing {
             text += &(missing.line() + "\n");
         }

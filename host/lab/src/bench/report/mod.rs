@@ -6,6 +6,7 @@
 
 mod complexity;
 mod method;
+mod page;
 mod plan;
 mod spp;
 mod vs_cpu;
@@ -122,8 +123,8 @@ impl Report {
         [self.spp.summary(), self.complexity.summary(), self.against.summary()].concat()
     }
 
-    /// Writes charts and data into a folder, which is created if necessary. Returns the paths of
-    /// the files.
+    /// Writes charts, data and the page `report.html` into a folder, which is created if necessary.
+    /// Returns the paths of the files.
     ///
     /// # Errors
     ///
@@ -142,6 +143,9 @@ impl Report {
         data(folder, "time_against_spp", &self.spp, self.spp.csv(), &mut files)?;
         data(folder, "methods_against_spheres", &self.complexity, self.complexity.csv(), &mut files)?;
         data(folder, "device_against_one_thread", &self.against, self.against.csv(), &mut files)?;
+        let path = folder.join(PAGE);
+        fs::write(&path, self.page()).map_err(BenchError::io(&path))?;
+        files.push(path);
         Ok(files)
     }
 }
@@ -163,6 +167,9 @@ fn data(
     Ok(())
 }
 
+/// Name of the page.
+const PAGE: &str = "report.html";
+
 /// Returns whether [`Report::write`] writes a file of this name.
 pub fn is_output(name: &Path) -> bool {
     const STEMS: [&str; 5] = [
@@ -173,7 +180,7 @@ pub fn is_output(name: &Path) -> bool {
         "methods_against_spheres",
     ];
     let is_kind = ["svg", "png", "json", "csv"].iter().any(|kind| name.extension() == Some(kind.as_ref()));
-    is_kind && STEMS.iter().any(|stem| name.file_stem() == Some(stem.as_ref()))
+    name == Path::new(PAGE) || is_kind && STEMS.iter().any(|stem| name.file_stem() == Some(stem.as_ref()))
 }
 
 /// Returns CSV text. Cells with a comma, quote or line break are quoted.

@@ -47,7 +47,11 @@ fn all_of_it_on_a_few_pixels() {
 
     let folder = std::env::temp_dir().join(format!("trisect-report-{}", std::process::id()));
     let files = report.write(&folder).unwrap();
-    assert_eq!(files.len(), 4 * 2 + 3 * 2);
+    assert_eq!(files.len(), 4 * 2 + 3 * 2 + 1);
+    let page = fs::read_to_string(folder.join("report.html")).unwrap();
+    crate::page::check(&page).unwrap_or_else(|fault| panic!("{fault}"));
+    assert_eq!((page.matches("<figure class=\"chart\">").count(), page.matches("<table").count()), (4, 3));
+    assert!(page.contains("times as fast as one thread of") && page.contains("three_spheres.ron (built in)"));
     assert!(files.iter().all(|file| is_output(Path::new(file.file_name().unwrap()))));
     assert!(!is_output(Path::new("scene.json")));
     assert!(files.iter().all(|file| file.metadata().unwrap().len() > 100));

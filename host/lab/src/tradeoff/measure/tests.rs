@@ -37,7 +37,14 @@ fn measured(supervisor: &mut Scripted) -> (Tradeoff, Pictures) {
     let settings = &modes[0].settings;
     let reference =
         Reference::render(lab.renderer(&modes[0]).unwrap(), &scene, settings, None, GOAL, &mut ()).unwrap();
-    let sweep = Sweep { configurations: &modes, levels: &LEVELS, seeds: 4, flips: 1 };
+    let sweep = Sweep {
+        configurations: &modes,
+        levels: &LEVELS,
+        seeds: 4,
+        flips: 1,
+        command: &RenderCommand::default(),
+        reduction: 1,
+    };
     lab.measure(&sweep, Some(&reference), supervisor).unwrap()
 }
 
@@ -88,7 +95,14 @@ fn a_report_of_nothing_names_everything() {
     assert_eq!(lab.pace(&modes[0], &mut supervisor).unwrap(), (f64::INFINITY, 0.0));
     let reference = lab.reference(&modes[0], (GOAL, 0.5), &folder, &mut supervisor).unwrap();
     assert!(reference.is_none());
-    let sweep = Sweep { configurations: &modes, levels: &LEVELS, seeds: 4, flips: 1 };
+    let sweep = Sweep {
+        configurations: &modes,
+        levels: &LEVELS,
+        seeds: 4,
+        flips: 1,
+        command: &RenderCommand::default(),
+        reduction: 1,
+    };
     let (found, pictures) = lab.measure(&sweep, None, &mut supervisor).unwrap();
     assert_eq!((found.points.len(), found.ended), (0, Some(Stop::OutOfTime)));
     assert_eq!(supervisor.done, 0, "something was rendered");
@@ -125,5 +139,45 @@ fn references_share_the_time() {
     assert!(same == some && supervisor.said.iter().any(|line| line.contains("kept in")), "{same}");
     let (more, _) = samples(goal, 1.0, u32::MAX);
     assert!(more >= f64::from(most), "{more}");
+    fs::remove_dir_all(folder).unwrap();
+}
+
+/// The whole measurement, with its reference, ends within 10 % of its time, by a clock that counts
+/// submissions: for limits within the measurement of the speed, the reference and the sweep.
+#[test]
+fn the_limit_holds_for_all_of_it() {
+    let (scene, modes) = ready();
+    let folder = std::env::temp_dir().join(format!("trisect-lab-{}-limit", std::process::id()));
+    let whole = |mut supervisor: Scripted, goal: Goal| {
+        let mut lab = lab(&scene, &modes[0]);
+        let _ = fs::remove_dir_all(&folder);
+        lab.pace(&modes[0], &mut supervisor).unwrap();
+        let reference = lab.reference(&modes[0], (goal, 0.35), &folder, &mut supervisor).unwrap();
+        let command = RenderCommand::default();
+        let sweep = Sweep {
+            configurations: &modes,
+            levels: &LEVELS,
+            seeds: 4,
+            flips: 1,
+            command: &command,
+            reduction: 1,
+        };
+        let (found, _) = lab.measure(&sweep, reference.as_ref(), &mut supervisor).unwrap();
+        (supervisor, found)
+    };
+    // A goal of a time that the clock reaches long before, as on a device that is too slow.
+    let slow = Goal::Time(std::time::Duration::from_secs(3600));
+    for goal in [slow, Goal::Error { target: 1e-9, max_samples: u32::MAX / 2 }] {
+        for limit in [2, 10, 40] {
+            let (supervisor, found) = whole(Scripted::within(limit), goal);
+            // A stage may report once more before it notices the end.
+            let late = supervisor.late.get();
+            assert!(late <= (limit / 10).max(1), "{limit}: {late} late, {goal:?}");
+            assert_eq!(found.ended, Some(Stop::OutOfTime), "{limit}");
+        }
+    }
+    // Negative control: without a limit, the same takes longer.
+    let (free, found) = whole(Scripted::new(u32::MAX), GOAL);
+    assert!(free.done > 44 && found.ended.is_none(), "{}", free.done);
     fs::remove_dir_all(folder).unwrap();
 }
