@@ -1,7 +1,12 @@
 //! Errors of reading a scene: the problem, its place and a remedy.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use thiserror::Error;
+
+/// Returns a path's extension with its dot, for messages.
+fn extension(path: &Path) -> String {
+    path.extension().map_or_else(|| "without an extension".to_owned(), |name| format!(".{}", name.display()))
+}
 
 /// An error that makes a scene unusable.
 #[derive(Debug, Error)]
@@ -40,7 +45,7 @@ pub enum SceneError {
         message: String,
     },
     /// The extension is not that of a scene or model format.
-    #[error("{}: unknown scene format; use .ron, .gltf, .glb, .obj, .ply or .stl", path.display())]
+    #[error("{}: unknown format {}; readable: .ron, .gltf, .glb, .obj, .ply, .stl, .pbrt, .xml", path.display(), extension(path))]
     UnknownFormat {
         /// Path of the file.
         path: PathBuf,
