@@ -12,6 +12,8 @@
 mod assembly;
 mod budget;
 mod files;
+#[cfg(test)]
+mod foreign_tests;
 pub mod gltf;
 mod gzip;
 mod images;

@@ -124,7 +124,15 @@ pub fn grid(columns: u32, rows: u32, vertex: impl Fn(f64, f64) -> (DVec3, DVec3,
         for column in 0..columns {
             let a = row * (columns + 1) + column;
             let c = a + columns + 1;
-            mesh.triangles.extend([[a, a + 1, c + 1], [a, c + 1, c]]);
+            // At a pole, one of the two has no area.
+            let point = |corner: u32| Vec3::from(mesh.positions[corner as usize]).as_dvec3();
+            let has_area = |corners: &[u32; 3]| {
+                let [a, b, c] = corners.map(point);
+                (b - a).cross(c - a).length() > 1e-9 * (b - a).length_squared().max((c - a).length_squared())
+            };
+            let cell = [[a, a + 1, c + 1], [a, c + 1, c]];
+            let cell: Vec<[u32; 3]> = cell.into_iter().filter(has_area).collect();
+            mesh.triangles.extend(cell);
         }
     }
     oriented(mesh)

@@ -14,7 +14,7 @@ mod view;
 
 pub(super) use form::{Form, grid, oriented, smooth, surface_of_revolution};
 pub(super) use metals::{glass, metal};
-pub(super) use panorama::{octahedral, resample, spherical};
+pub(super) use panorama::{octahedral, spherical};
 pub(super) use place::{Item, Part, turned_inside_out};
 pub(super) use spectrum::{blackbody, emitted, reflected};
 pub(super) use surfaces::{

@@ -6,7 +6,7 @@ use super::super::mesh::{
 use super::super::origin;
 use super::super::source_location::SourceLocation;
 use super::{Assembly, Form};
-use crate::description::{Instance, Mesh, Shape, ShapeKind};
+use crate::description::{Instance, Material, Mesh, Shape, ShapeKind};
 use crate::error::SceneError;
 use crate::limits::{has_area, is_singular};
 use crate::values::{MAX_MAGNITUDE, MIN_MAGNITUDE};
@@ -64,8 +64,9 @@ impl Assembly<'_> {
                 self.place_mesh(mesh, map * DAffine3::from_translation(origin), site)
             }
             Part::Form { form, is_flipped, material } => {
-                let is_textured =
-                    self.scene.materials.get(material).is_some_and(|of| of.textures().next().is_some());
+                let of = self.scene.materials.get(material);
+                let is_textured = of.is_some_and(|of| of.textures().next().is_some());
+                let is_flipped = is_flipped && of.is_some_and(has_sides);
                 match form.shape(&map, is_flipped).filter(|_| !is_textured) {
                     Some(kind) => self.place_shape(Shape { kind, material }, &map, site),
                     None => {
@@ -119,6 +120,12 @@ impl Assembly<'_> {
         self.scene.shapes.push(shape);
         Ok(())
     }
+}
+
+/// Returns whether a surface of this material looks or shines otherwise from its other side.
+fn has_sides(material: &Material) -> bool {
+    let shines = material.emission != DVec3::ZERO && !material.emits_both_sides;
+    shines || material.surface.transmits() || material.medium.is_some()
 }
 
 /// Returns a mesh with front and back exchanged.

@@ -151,7 +151,9 @@ impl Document {
         let options = ParsingOptions { nodes_limit: MAX_NODES, ..ParsingOptions::default() };
         let parsed = roxmltree::Document::parse_with_options(&text, options).map_err(|error| {
             let position = error.pos();
-            let message = format!("this is not XML: {error}");
+            let text_of = error.to_string();
+            let reason = text_of.rsplit_once(" at ").map_or(text_of.as_str(), |(reason, _)| reason);
+            let message = format!("this is not XML: {reason}");
             SceneError::at(name, &text, position.row as usize, position.col as usize, shown(&message))
         })?;
         let lines = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();

@@ -56,9 +56,11 @@ impl Reader<'_> {
         if let Some(file) = parameters.text(&self.tokens, "normalmap")? {
             material.normal_texture = Some(self.image(file, true, at)?);
         }
-        material
-            .check(self.assembly.images.all.len())
-            .map_err(|fault| self.tokens.error(at, format!("{what}: {fault}")))?;
+        // An interface gets its medium from the shape.
+        if !matches!(material.surface, Surface::Interface(_)) {
+            let checked = material.check(self.assembly.images.all.len());
+            checked.map_err(|fault| self.tokens.error(at, format!("{what}: {fault}")))?;
+        }
         self.assembly.budget.take(size_of::<Material>() as u64, &self.tokens.site(at, "Material"))?;
         self.report_unused(parameters, &what);
         self.materials.push(material);
@@ -172,7 +174,7 @@ impl Reader<'_> {
             return Ok((DVec3::ONE, k));
         }
         let copper = metal("Cu").unwrap_or_default();
-        let mut part = |name: &str, default: DVec3| match parameters.spectrum(&self.tokens, name)? {
+        let part = |name: &str, default: DVec3| match parameters.spectrum(&self.tokens, name)? {
             None => Ok(default),
             Some(spectrum) => match spectrum.metal() {
                 Some(part) => Ok(part),

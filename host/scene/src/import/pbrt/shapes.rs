@@ -242,32 +242,22 @@ impl Reader<'_> {
         Ok((mesh, origin))
     }
 
-    /// Returns bilinear patches: two triangles where they are flat, and a grid elsewhere.
+    /// Returns bilinear patches: a cell where they are flat, and a grid elsewhere.
     fn patches(&mut self, parameters: &Parameters, at: At) -> Result<(Mesh, DVec3), SceneError> {
-        let (mut mesh, origin) = self.vertices(parameters, at)?;
-        let indices = self.indices(parameters, (mesh.positions.len(), 4), at)?;
-        let has_uvs = !mesh.uvs.is_empty();
+        let (given, origin) = self.vertices(parameters, at)?;
+        let indices = self.indices(parameters, (given.positions.len(), 4), at)?;
+        let mut mesh = Mesh { name: "mesh".to_owned(), ..Mesh::default() };
         for patch in indices.chunks_exact(4) {
-            let [a, b, c, d] = [patch[0], patch[1], patch[2], patch[3]];
-            let point = |index: u32| DVec3::from(mesh.positions[index as usize].map(f64::from));
-            let corners = [a, b, c, d].map(point);
-            if is_flat(corners) && (has_uvs || !mesh.normals.is_empty()) {
-                mesh.triangles.extend([[a, b, d], [a, d, c]]);
-                continue;
-            }
-            let cells = if is_flat(corners) { 1 } else { PATCH };
-            self.assembly.budget.take(
-                super::super::mesh::bytes(u64::from((cells + 1) * (cells + 1)), u64::from(2 * cells * cells)),
-                &self.tokens.site(at, "Shape"),
-            )?;
-            let patch_uvs = has_uvs.then(|| [a, b, c, d].map(|index| mesh.uvs[index as usize]));
-            append(&mut mesh, &patch_grid(corners, patch_uvs, cells));
+            let corners = [0, 1, 2, 3].map(|i| patch[i] as usize);
+            let points = corners.map(|corner| DVec3::from(given.positions[corner].map(f64::from)));
+            let cells = if is_flat(points) { 1 } else { PATCH };
+            let bytes = super::super::mesh::bytes(u64::from((cells + 1).pow(2)), u64::from(2 * cells * cells));
+            self.assembly.budget.take(bytes, &self.tokens.site(at, "Shape"))?;
+            let normals = (!given.normals.is_empty())
+                .then(|| corners.map(|corner| DVec3::from(given.normals[corner].map(f64::from))));
+            let uvs = (!given.uvs.is_empty()).then(|| corners.map(|corner| given.uvs[corner]));
+            append(&mut mesh, &patch_grid(points, normals, uvs, cells));
         }
-        if mesh.triangles.iter().flatten().any(|&corner| corner as usize >= mesh.normals.len()) {
-            mesh.normals = Vec::new();
-        }
-        let count = mesh.positions.len();
-        mesh.uvs.resize(count, [0.0; 2]);
         Ok((mesh, origin))
     }
 
@@ -304,33 +294,41 @@ fn is_flat([a, b, c, d]: [DVec3; 4]) -> bool {
     (a + d - b - c).length() <= 1e-6 * (d - a).length().max((c - b).length())
 }
 
-/// Returns the mesh of a bilinear patch, whose corners are at (0, 0), (1, 0), (0, 1) and (1, 1).
-fn patch_grid([a, b, c, d]: [DVec3; 4], uvs: Option<[[f32; 2]; 4]>, cells: u32) -> Mesh {
-    let at = |u: f64, v: f64, [a, b, c, d]: [DVec3; 4]| {
-        (a * (1.0 - u) + b * u) * (1.0 - v) + (c * (1.0 - u) + d * u) * v
-    };
+/// Returns the value of a bilinear patch, whose corners are at (0, 0), (1, 0), (0, 1) and (1, 1).
+fn bilinear([a, b, c, d]: [DVec3; 4], u: f64, v: f64) -> DVec3 {
+    (a * (1.0 - u) + b * u) * (1.0 - v) + (c * (1.0 - u) + d * u) * v
+}
+
+/// Returns the mesh of a bilinear patch.
+fn patch_grid(
+    points: [DVec3; 4],
+    normals: Option<[DVec3; 4]>,
+    uvs: Option<[[f32; 2]; 4]>,
+    cells: u32,
+) -> Mesh {
+    let [a, b, c, d] = points;
     grid(cells, cells, |u, v| {
         let along_u = (b - a) * (1.0 - v) + (d - c) * v;
         let along_v = (c - a) * (1.0 - u) + (d - b) * u;
+        let normal = match normals {
+            Some(normals) => bilinear(normals, u, v),
+            None => along_u.cross(along_v).normalize_or(DVec3::Z),
+        };
         let uv = match uvs {
             Some(uvs) => {
-                let place = at(u, v, uvs.map(|[u, v]| DVec3::new(f64::from(u), f64::from(v), 0.0)));
-                [place.x as f32, place.y as f32]
+                bilinear(uvs.map(|[u, v]| DVec3::new(f64::from(u), f64::from(v), 0.0)), u, v).truncate().as_vec2()
             }
-            None => [u as f32, (1.0 - v) as f32],
+            None => glam::DVec2::new(u, 1.0 - v).as_vec2(),
         };
-        (at(u, v, [a, b, c, d]), along_u.cross(along_v).normalize_or_zero(), uv)
+        (bilinear(points, u, v), normal, uv.into())
     })
 }
 
-/// Appends a mesh with texture coordinates to another one.
+/// Appends a mesh with normals and texture coordinates to another one.
 fn append(mesh: &mut Mesh, part: &Mesh) {
     let first = mesh.positions.len() as u32;
-    mesh.uvs.resize(mesh.positions.len(), [0.0; 2]);
-    if mesh.normals.len() == mesh.positions.len() {
-        mesh.normals.extend_from_slice(&part.normals);
-    }
     mesh.positions.extend_from_slice(&part.positions);
+    mesh.normals.extend_from_slice(&part.normals);
     mesh.uvs.extend_from_slice(&part.uvs);
     mesh.triangles.extend(part.triangles.iter().map(|corners| corners.map(|corner| first + corner)));
 }
