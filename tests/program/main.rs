@@ -9,6 +9,7 @@ mod checkpoint;
 mod command_line;
 mod docs;
 mod fallback;
+mod foreign_scenes;
 mod killed;
 mod lost_context;
 mod models;

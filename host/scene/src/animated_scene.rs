@@ -57,7 +57,8 @@ impl AnimatedScene {
             Source::Model => Content::Model { path: path.to_owned(), additions: None },
             Source::File(text) => Content::File(text),
             Source::Foreign => {
-                let message = "animations of scenes of other renderers are not read; render one image of it".to_owned();
+                let message =
+                    "animations of scenes of other renderers are not read; render one image of it".to_owned();
                 return Err(SceneError::Inconsistent { file: name, message });
             }
         };

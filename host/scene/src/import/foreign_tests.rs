@@ -26,7 +26,8 @@ fn mutate_scene(file: &[u8], files: &[(&'static str, Vec<u8>)], rounds: usize, p
             check(&description);
             usable += 1;
             // Large images take long, and are those of other tests.
-            let is_small = round % 4 == 1 && description.sky.as_ref().and_then(|sky| sky.panorama()).is_none();
+            let is_small =
+                round % 4 == 1 && description.sky.as_ref().and_then(|sky| sky.panorama()).is_none();
             if is_small {
                 let document = SceneDocument::of_foreign_scene(description, image, "test").unwrap();
                 tried += 1;

@@ -81,10 +81,7 @@ pub fn is_foreign_scene(path: &Path) -> bool {
 /// # Errors
 ///
 /// Those of [`load`].
-pub fn load_foreign_scene(
-    path: &Path,
-    folder: &Folder,
-) -> Result<(Description, ImageSettings), SceneError> {
+pub fn load_foreign_scene(path: &Path, folder: &Folder) -> Result<(Description, ImageSettings), SceneError> {
     let parse = scene_reader(path).ok_or_else(|| SceneError::UnknownFormat { path: path.to_owned() })?;
     let bytes = files::read_whole(path)?;
     let mut folder = folder.clone();

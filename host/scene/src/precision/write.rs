@@ -5,8 +5,8 @@ use crate::description::{Ground, PunctualLight, Sky, SunSky};
 use crate::import::ModelOptions;
 use crate::values::point_text;
 use crate::{
-    CameraPose, Rebase, SceneDocument, SceneError, Surroundings, camera_value, insert_camera, insert_space,
-    import::is_foreign_scene, is_model,
+    CameraPose, Rebase, SceneDocument, SceneError, Surroundings, camera_value, import::is_foreign_scene,
+    insert_camera, insert_space, is_model,
 };
 use std::path::{Path, PathBuf};
 use thiserror::Error;

@@ -43,14 +43,17 @@ impl Form {
         let is_round = |axes: &[DVec3]| {
             let length = axes[0].length();
             axes.iter().all(|axis| (axis.length() - length).abs() <= 1e-6 * length)
-                && (1..axes.len()).all(|i| axes[..i].iter().all(|a| a.dot(axes[i]).abs() <= 1e-6 * length * length))
+                && (1..axes.len())
+                    .all(|i| axes[..i].iter().all(|a| a.dot(axes[i]).abs() <= 1e-6 * length * length))
         };
         let is_mirrored = m.determinant() < 0.0;
         match self {
             Self::Sphere { radius } => {
                 let is_sphere = !is_flipped && is_round(&[m.x_axis, m.y_axis, m.z_axis]);
-                is_sphere
-                    .then(|| ShapeKind::Sphere { center: map.translation, radius: radius * m.x_axis.length() })
+                is_sphere.then(|| ShapeKind::Sphere {
+                    center: map.translation,
+                    radius: radius * m.x_axis.length(),
+                })
             }
             Self::Square => {
                 let (u, v) = (2.0 * m.x_axis, 2.0 * m.y_axis);
@@ -93,11 +96,7 @@ impl Form {
 /// Returns the mesh of a surface of revolution about z, from x over `angle` radians towards y.
 /// `profile` gives radius and z, and those of the unit normal, for 0 to 1. The texture coordinates
 /// are the share of the angle, and the number that `profile` takes.
-pub fn surface_of_revolution(
-    rows: u32,
-    angle: f64,
-    profile: impl Fn(f64) -> ([f64; 2], [f64; 2]),
-) -> Mesh {
+pub fn surface_of_revolution(rows: u32, angle: f64, profile: impl Fn(f64) -> ([f64; 2], [f64; 2])) -> Mesh {
     let columns = (f64::from(COLUMNS) * angle / TAU).ceil().clamp(3.0, f64::from(COLUMNS)) as u32;
     grid(columns, rows, |u, v| {
         let (sine, cosine) = (angle * u).sin_cos();
@@ -169,8 +168,7 @@ pub fn smooth(mesh: &mut Mesh) {
         }
     }
     // A vertex of no triangle, or one whose triangles cancel, has any normal.
-    mesh.normals =
-        sums.iter().map(|sum| sum.try_normalize().unwrap_or(DVec3::Z).as_vec3().into()).collect();
+    mesh.normals = sums.iter().map(|sum| sum.try_normalize().unwrap_or(DVec3::Z).as_vec3().into()).collect();
 }
 
 #[cfg(test)]
@@ -222,7 +220,8 @@ mod tests {
         let exact = std::mem::take(&mut mesh.normals);
         smooth(&mut mesh);
         // Along the seam each vertex has the triangles of one side.
-        let close = mesh.normals.iter().zip(&exact).filter(|(a, b)| Vec3::from(**a).dot(Vec3::from(**b)) > 0.999);
+        let close =
+            mesh.normals.iter().zip(&exact).filter(|(a, b)| Vec3::from(**a).dot(Vec3::from(**b)) > 0.999);
         assert!(close.count() > exact.len() * 95 / 100);
     }
 }

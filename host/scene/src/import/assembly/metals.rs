@@ -119,7 +119,9 @@ mod tests {
     fn names_are_unique_and_numbers_are_in_range() {
         for (index, (name, eta, k)) in METALS.iter().enumerate() {
             assert!(METALS[..index].iter().all(|other| other.0 != *name), "{name}");
-            assert!(eta.iter().all(|x| (1e-6..=1e3).contains(x)) && k.iter().all(|x| (0.0..=1e3).contains(x)));
+            assert!(
+                eta.iter().all(|x| (1e-6..=1e3).contains(x)) && k.iter().all(|x| (0.0..=1e3).contains(x))
+            );
         }
         assert!(GLASSES.iter().all(|glass| (1.0..=3.0).contains(&glass.1)));
         assert_eq!(glass("bk7"), Some(1.5046));

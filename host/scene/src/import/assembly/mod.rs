@@ -106,7 +106,9 @@ impl<'f> Assembly<'f> {
             let turned = self.world.transform_vector3(*direction);
             *direction = crate::values::unit(turned).unwrap_or(DVec3::NEG_Y);
         }
-        light.check().map_err(|fault| site.malformed(fault, "numbers must be in the ranges of the renderer"))?;
+        light
+            .check()
+            .map_err(|fault| site.malformed(fault, "numbers must be in the ranges of the renderer"))?;
         self.budget.take(size_of::<PunctualLight>() as u64, site)?;
         self.scene.lights.push(light);
         Ok(())

@@ -77,7 +77,10 @@ fn texel(image: &Image, x: i64, y: i64, wraps: bool) -> DVec3 {
     let (width, height) = (i64::from(image.width), i64::from(image.height));
     let x = if wraps { x.rem_euclid(width.max(1)) } else { x.clamp(0, width - 1) };
     let index = y.clamp(0, height - 1) * width + x;
-    image.pixels.get(usize::try_from(index).unwrap_or(0)).map_or(DVec3::ZERO, |p| DVec3::from(p.map(f64::from)))
+    image
+        .pixels
+        .get(usize::try_from(index).unwrap_or(0))
+        .map_or(DVec3::ZERO, |p| DVec3::from(p.map(f64::from)))
 }
 
 /// Interpolates between the texels around a place, in texels from the centre of the first one.

@@ -1,8 +1,6 @@
 //! Meshes and shapes of a scene under construction, and their places in the world.
 
-use super::super::mesh::{
-    POSITION_REMEDY, bytes, check_instance, check_position, check_uvs, extent, finish,
-};
+use super::super::mesh::{POSITION_REMEDY, bytes, check_instance, check_position, check_uvs, extent, finish};
 use super::super::origin;
 use super::super::source_location::SourceLocation;
 use super::{Assembly, Form};

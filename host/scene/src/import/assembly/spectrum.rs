@@ -94,7 +94,8 @@ pub fn blackbody(temperature: f64) -> Option<DVec3> {
     }
     // Planck's law relative to that at 560 nm.
     let exponent = |lambda: f64| 1.438776877e7 / (lambda * temperature);
-    let power = |lambda: f64| (560.0 / lambda).powi(5) * libm::expm1(exponent(560.0)) / libm::expm1(exponent(lambda));
+    let power =
+        |lambda: f64| (560.0 / lambda).powi(5) * libm::expm1(exponent(560.0)) / libm::expm1(exponent(lambda));
     let color = WEIGHTS.iter().fold(DVec3::ZERO, |sum, row| sum + row.2 * power(row.0)).max(DVec3::ZERO);
     Some(color / color.dot(DVec3::new(0.2126, 0.7152, 0.0722)))
 }
@@ -134,7 +135,9 @@ mod tests {
         assert!(ratios.windows(2).all(|pair| pair[0] < pair[1]), "{ratios:?}");
         // 6500 K is nearly the white of the colour space.
         assert!(near(colors[2], [1.0; 3], 0.06), "{}", colors[2]);
-        assert!(colors.iter().all(|color| (color.dot(DVec3::new(0.2126, 0.7152, 0.0722)) - 1.0).abs() < 1e-9));
+        assert!(
+            colors.iter().all(|color| (color.dot(DVec3::new(0.2126, 0.7152, 0.0722)) - 1.0).abs() < 1e-9)
+        );
         assert!(blackbody(0.0).is_none() && blackbody(f64::NAN).is_none());
     }
 

@@ -52,7 +52,8 @@ fn internal_reflectance(ior: f64) -> f64 {
 /// `base` is the reflectance of the base alone.
 pub fn plastic(base: Value, coating: Coating) -> Surface {
     let (color, texture) = base.share();
-    let inside = if coating.is_nonlinear && coating.ior > 1.0 { internal_reflectance(coating.ior) } else { 0.0 };
+    let inside =
+        if coating.is_nonlinear && coating.ior > 1.0 { internal_reflectance(coating.ior) } else { 0.0 };
     Surface::MetallicRoughness(MetallicRoughness {
         base_color: color * (1.0 - inside) / (DVec3::ONE - color * inside),
         texture,

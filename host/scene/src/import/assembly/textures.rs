@@ -90,7 +90,8 @@ impl Assembly<'_> {
         };
         let (even, odd) = (texel(even), texel(odd));
         let texels = Texels::Float(vec![even, odd, odd, even]);
-        let image = self.add_image(TextureImage { name: "checkerboard".to_owned(), width: 2, height: 2, texels });
+        let image =
+            self.add_image(TextureImage { name: "checkerboard".to_owned(), width: 2, height: 2, texels });
         let half = DAffine2::from_scale(DVec2::splat(0.5));
         let texture = TextureUse {
             image,
@@ -122,7 +123,11 @@ impl Assembly<'_> {
             None => None,
         };
         let Some(image) = combined else {
-            self.unsupported("an opacity texture of another size than that of the colour", "its mean is used", site);
+            self.unsupported(
+                "an opacity texture of another size than that of the colour",
+                "its mean is used",
+                site,
+            );
             return Ok(());
         };
         self.budget.take(4 * u64::from(image.width) * u64::from(image.height), site)?;

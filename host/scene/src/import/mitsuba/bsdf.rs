@@ -53,8 +53,13 @@ impl Reader<'_, '_> {
             }
             "blendbsdf" => {
                 let weight = self.scalar(element, "weight", 0.5)?;
-                self.unsupported(element, "<bsdf type=\"blendbsdf\">", "the part of the greater weight is drawn");
-                let parts: Vec<_> = element.children.iter().filter(|child| self.is_bsdf(child)).cloned().collect();
+                self.unsupported(
+                    element,
+                    "<bsdf type=\"blendbsdf\">",
+                    "the part of the greater weight is drawn",
+                );
+                let parts: Vec<_> =
+                    element.children.iter().filter(|child| self.is_bsdf(child)).cloned().collect();
                 let chosen = parts.get(usize::from(weight > 0.5));
                 let chosen = chosen.ok_or_else(|| document.error(element, "blendbsdf needs two <bsdf>"))?;
                 parts.iter().for_each(|part| part.mark());
@@ -163,7 +168,8 @@ impl Reader<'_, '_> {
         if along || across {
             let (u, v) = (self.scalar(element, "alpha_u", 0.1)?, self.scalar(element, "alpha_v", 0.1)?);
             if u != v {
-                let feature = format!("different alpha_u and alpha_v of <bsdf type=\"{}\">", shown(element.kind()));
+                let feature =
+                    format!("different alpha_u and alpha_v of <bsdf type=\"{}\">", shown(element.kind()));
                 self.unsupported(element, &feature, "the root of their product is used");
             }
             return Ok((u * v).max(0.0).sqrt());
@@ -198,7 +204,8 @@ impl Reader<'_, '_> {
             (None, None, None) => metal("Cu").unwrap_or_default(),
             (None, _, _) => return Err(document.error(element, "eta and k belong together; state both")),
             (Some(name), _, _) => metal(name).ok_or_else(|| {
-                document.error(element, format!("unknown material \"{}\"; state eta and k instead", shown(name)))
+                document
+                    .error(element, format!("unknown material \"{}\"; state eta and k instead", shown(name)))
             })?,
         };
         if tint == DVec3::ONE {

@@ -202,14 +202,17 @@ impl Document {
         for child in node.children().filter(Node::is_element) {
             let mut element = self.element(child, source);
             if depth >= MAX_DEPTH {
-                let message = format!("elements are nested too deeply; at most {MAX_DEPTH} may enclose each other");
+                let message =
+                    format!("elements are nested too deeply; at most {MAX_DEPTH} may enclose each other");
                 return Err(self.error(&element, message));
             }
-            let text: usize = element.attributes.iter().map(|(name, value)| name.len() + value.len() + 64).sum();
+            let text: usize =
+                element.attributes.iter().map(|(name, value)| name.len() + value.len() + 64).sum();
             budget.take((size_of::<Element>() + 32 + text) as u64, &self.site(&element))?;
             match element.tag.as_str() {
                 "default" => {
-                    let (Some(name), Some(value)) = (element.attribute("name"), element.attribute("value")) else {
+                    let (Some(name), Some(value)) = (element.attribute("name"), element.attribute("value"))
+                    else {
                         return Err(self.error(&element, "<default> needs the attributes name and value"));
                     };
                     let (name, value) = (name.to_owned(), value.to_owned());
@@ -252,11 +255,14 @@ impl Document {
             return Err(self.error(element, "<include> needs the attribute filename"));
         };
         if includes >= MAX_INCLUDES {
-            let message = format!("files include each other; at most {MAX_INCLUDES} may be within each other");
+            let message =
+                format!("files include each other; at most {MAX_INCLUDES} may be within each other");
             return Err(self.error(element, message));
         }
         if self.sources.len() >= MAX_FILES {
-            return Err(self.error(element, format!("the scene includes too many files; at most {MAX_FILES}")));
+            return Err(
+                self.error(element, format!("the scene includes too many files; at most {MAX_FILES}"))
+            );
         }
         let bytes = files
             .read(&name.replace('\\', "/"), files::readable())

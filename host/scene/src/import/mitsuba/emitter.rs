@@ -28,8 +28,8 @@ impl Reader<'_, '_> {
             "directional" => {
                 let ahead = map.transform_vector3(DVec3::Z);
                 let direction = document.point(element, "direction", ahead)?;
-                let direction =
-                    unit(direction).ok_or_else(|| document.error(element, "the direction of the light is 0"))?;
+                let direction = unit(direction)
+                    .ok_or_else(|| document.error(element, "the direction of the light is 0"))?;
                 let irradiance = self.light(element, "irradiance")?;
                 self.assembly.add_light(PunctualLight::Directional { direction, irradiance }, &site)?;
             }
@@ -64,7 +64,8 @@ impl Reader<'_, '_> {
         let cutoff = document.number(element, "cutoff_angle", 20.0)?;
         let beam = document.number(element, "beam_width", 0.75 * cutoff)?;
         if !(0.0 < cutoff && cutoff < 180.0 && (0.0..=cutoff).contains(&beam)) {
-            let message = format!("beam_width {beam} and cutoff_angle {cutoff} must be in order, from 0 to 180");
+            let message =
+                format!("beam_width {beam} and cutoff_angle {cutoff} must be in order, from 0 to 180");
             return Err(document.error(element, message));
         }
         if cutoff > 90.0 {

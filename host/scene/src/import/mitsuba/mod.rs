@@ -11,9 +11,9 @@ mod principled;
 mod properties;
 mod sensor;
 mod shape;
-mod texture;
 #[cfg(test)]
 mod tests;
+mod texture;
 
 use super::assembly::{Assembly, Item};
 use super::budget::Budget;

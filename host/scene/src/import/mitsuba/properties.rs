@@ -10,9 +10,9 @@ use std::rc::Rc;
 impl Document {
     /// Returns an attribute that an element must have.
     pub fn required<'e>(&self, element: &'e Element, name: &str) -> Result<&'e str, SceneError> {
-        element.attribute(name).ok_or_else(|| {
-            self.error(element, format!("{} needs the attribute {name}", element.label()))
-        })
+        element
+            .attribute(name)
+            .ok_or_else(|| self.error(element, format!("{} needs the attribute {name}", element.label())))
     }
 
     /// Returns the numbers of a list whose separators are commas and spaces.
@@ -23,9 +23,11 @@ impl Document {
 
     /// Returns a finite number.
     pub fn parse_number(&self, element: &Element, word: &str) -> Result<f64, SceneError> {
-        word.trim().parse().ok().filter(|number: &f64| number.is_finite()).ok_or_else(|| {
-            self.error(element, format!("\"{}\" is not a finite number", shown(word)))
-        })
+        word.trim()
+            .parse()
+            .ok()
+            .filter(|number: &f64| number.is_finite())
+            .ok_or_else(|| self.error(element, format!("\"{}\" is not a finite number", shown(word))))
     }
 
     /// Returns a number by the name of its property.
@@ -74,9 +76,8 @@ impl Document {
                 _ => Err(self.error(element, "it needs one number or three")),
             };
         }
-        let axis = |name: &str| {
-            element.attribute(name).map_or(Ok(default), |word| self.parse_number(element, word))
-        };
+        let axis =
+            |name: &str| element.attribute(name).map_or(Ok(default), |word| self.parse_number(element, word));
         Ok(DVec3::new(axis("x")?, axis("y")?, axis("z")?))
     }
 
@@ -129,7 +130,8 @@ impl Document {
     /// Returns a matrix of 4 x 4 or 3 x 3 numbers, row by row.
     fn matrix(&self, step: &Element) -> Result<DAffine3, SceneError> {
         let n = self.numbers(step, self.required(step, "value")?)?;
-        let rows = |width: usize| DMat3::from_cols_array_2d(&[0, 1, 2].map(|c| [0, 1, 2].map(|r| n[r * width + c])));
+        let rows =
+            |width: usize| DMat3::from_cols_array_2d(&[0, 1, 2].map(|c| [0, 1, 2].map(|r| n[r * width + c])));
         match n.len() {
             9 => Ok(DAffine3::from_mat3(rows(3))),
             16 if n[12..] == [0.0, 0.0, 0.0, 1.0] => {

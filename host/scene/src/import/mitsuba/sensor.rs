@@ -41,9 +41,14 @@ impl Reader<'_, '_> {
         };
         let mut lens = (0.0, 1.0);
         if kind == "thinlens" {
-            lens = (document.number(element, "aperture_radius", 0.0)?, document.number(element, "focus_distance", 1.0)?);
+            lens = (
+                document.number(element, "aperture_radius", 0.0)?,
+                document.number(element, "focus_distance", 1.0)?,
+            );
             if !(lens.0 >= 0.0 && lens.1 > 0.0) {
-                return Err(document.error(element, "aperture_radius must be 0 or more, focus_distance above 0"));
+                return Err(
+                    document.error(element, "aperture_radius must be 0 or more, focus_distance above 0")
+                );
             }
         } else {
             let _ = element.property("focus_distance");
@@ -80,11 +85,17 @@ impl Reader<'_, '_> {
             let length = document.parse_number(element, word.trim_end_matches("mm"))?;
             // A film of 36 x 24 mm has the same diagonal angle.
             let half = 0.5 * 36f64.hypot(24.0) / length;
-            return if half > 0.0 { Ok(diagonal(half)) } else { Err(document.error(element, "focal_length must be above 0")) };
+            return if half > 0.0 {
+                Ok(diagonal(half))
+            } else {
+                Err(document.error(element, "focal_length must be above 0"))
+            };
         }
         let fov = document.number(element, "fov", 45.0)?;
         if !(fov > 0.0 && fov < 180.0) {
-            return Err(document.error(element, format!("fov is {fov}; it must be above 0 and below 180 degrees")));
+            return Err(
+                document.error(element, format!("fov is {fov}; it must be above 0 and below 180 degrees"))
+            );
         }
         let half = (0.5 * fov.to_radians()).tan();
         let axis = document.word(element, "fov_axis")?.unwrap_or("x");
@@ -104,7 +115,9 @@ impl Reader<'_, '_> {
         let settings = &mut self.assembly.settings;
         settings.width = document.count(element, "width", 1, settings.width)?;
         settings.height = document.count(element, "height", 1, settings.height)?;
-        for name in ["pixel_format", "component_format", "file_format", "sample_border", "compensate", "banner"] {
+        for name in
+            ["pixel_format", "component_format", "file_format", "sample_border", "compensate", "banner"]
+        {
             let _ = element.property(name);
         }
         for child in element.children.iter().filter(|child| child.tag == "rfilter") {

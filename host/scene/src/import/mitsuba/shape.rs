@@ -46,7 +46,9 @@ impl Reader<'_, '_> {
             return Err(document.error(element, format!("{} is no <shape>", element.label())));
         }
         if depth > MAX_NESTING {
-            return Err(document.error(element, "groups of shapes are nested too deeply, or contain themselves"));
+            return Err(
+                document.error(element, "groups of shapes are nested too deeply, or contain themselves")
+            );
         }
         match element.kind() {
             // A group is seen where an instance places it.
@@ -100,7 +102,10 @@ impl Reader<'_, '_> {
             "cube" => {
                 let side = |[u, v, n]: [DVec3; 3]| {
                     let place = DAffine3::from_mat3_translation(DMat3::from_cols(u, v, n), n);
-                    Item { part: Part::Form { form: Form::Square, is_flipped, material }, transform: *map * place }
+                    Item {
+                        part: Part::Form { form: Form::Square, is_flipped, material },
+                        transform: *map * place,
+                    }
                 };
                 SIDES.map(side).into()
             }
@@ -130,7 +135,10 @@ impl Reader<'_, '_> {
         let mesh = if is_flipped { turned_inside_out(mesh) } else { mesh };
         let mesh = self.assembly.add_mesh(mesh, &document.site(element))?;
         let transform = *map * DAffine3::from_mat3_translation(columns, from);
-        Ok(mesh.map(|mesh| Item { part: Part::Mesh { mesh, origin: DVec3::ZERO }, transform }).into_iter().collect())
+        Ok(mesh
+            .map(|mesh| Item { part: Part::Mesh { mesh, origin: DVec3::ZERO }, transform })
+            .into_iter()
+            .collect())
     }
 
     /// Returns the meshes of an OBJ or PLY file; a file is read once for each material.
@@ -144,7 +152,8 @@ impl Reader<'_, '_> {
         let document = self.document;
         let site = document.site(element);
         let name = document.word(element, "filename")?;
-        let name = name.ok_or_else(|| document.error(element, format!("{} needs a filename", element.label())))?;
+        let name =
+            name.ok_or_else(|| document.error(element, format!("{} needs a filename", element.label())))?;
         let is_obj = element.kind() == "obj";
         let is_flat = document.flag(element, "face_normals", false)?;
         let is_turned = document.flag(element, "flip_tex_coords", is_obj)?;
@@ -205,7 +214,9 @@ impl Reader<'_, '_> {
             if self.resolved(child)?.tag == "shape" {
                 child.mark();
                 let parts = self.shape(child, depth + 1)?;
-                self.assembly.budget.take((parts.len() * size_of::<Item>()) as u64, &self.document.site(child))?;
+                self.assembly
+                    .budget
+                    .take((parts.len() * size_of::<Item>()) as u64, &self.document.site(child))?;
                 items.extend_from_slice(&parts);
             }
         }
@@ -269,7 +280,9 @@ impl Reader<'_, '_> {
             let is_passable = material.surface.transmits() || material.opacity < 1.0;
             match is_passable {
                 true => material.medium = medium,
-                false => self.unsupported(element, "a medium behind a surface that no light passes", "left out"),
+                false => {
+                    self.unsupported(element, "a medium behind a surface that no light passes", "left out")
+                }
             }
         }
         if matches!(material.surface, Surface::Interface(_)) {

@@ -2,8 +2,8 @@ use super::super::testing::{Memory, png};
 use super::parse;
 use crate::ImageSettings;
 use crate::description::{
-    Alpha, Conductor, ConductorFresnel, Description, Dielectric, Lambertian, MetallicRoughness, PunctualLight,
-    RoughDielectric, ShapeKind, Sky, Surface, Texels,
+    Alpha, Conductor, ConductorFresnel, Description, Dielectric, Lambertian, MetallicRoughness,
+    PunctualLight, RoughDielectric, ShapeKind, Sky, Surface, Texels,
 };
 use crate::error::SceneError;
 use glam::{DVec2, DVec3, Vec3};
@@ -58,9 +58,13 @@ fn angles_of_view_have_an_axis() {
         );
         (0.5 * read(&content).cameras[0].1.vertical_fov).tan()
     };
-    let fov = |axis: &str| half(&format!("<float name=\"fov\" value=\"40\"/><string name=\"fov_axis\" value=\"{axis}\"/>"));
+    let fov = |axis: &str| {
+        half(&format!("<float name=\"fov\" value=\"40\"/><string name=\"fov_axis\" value=\"{axis}\"/>"))
+    };
     let tangent = 20f64.to_radians().tan();
-    for (axis, want) in [("x", tangent / 2.0), ("y", tangent), ("larger", tangent / 2.0), ("smaller", tangent)] {
+    for (axis, want) in
+        [("x", tangent / 2.0), ("y", tangent), ("larger", tangent / 2.0), ("smaller", tangent)]
+    {
         assert!((fov(axis) - want).abs() < 1e-12, "{axis}");
     }
     // Horizontal angles that Mitsuba 3.9.1 computes.
@@ -85,7 +89,8 @@ fn transforms_apply_in_their_order() {
 fn fronts_are_those_of_mitsuba() {
     let mirror = "<transform name=\"to_world\"><scale x=\"-1\"/></transform>";
     let quad = |more: &str| {
-        let scene = read(&format!("<shape type=\"rectangle\">{mirror}{more}<emitter type=\"area\"/></shape>"));
+        let scene =
+            read(&format!("<shape type=\"rectangle\">{mirror}{more}<emitter type=\"area\"/></shape>"));
         let ShapeKind::Quad { u, v, .. } = scene.shapes[0].kind else { panic!() };
         u.cross(v).z
     };
@@ -93,10 +98,12 @@ fn fronts_are_those_of_mitsuba() {
     let ply = b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
                 element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
     let front = |more: &str| {
-        let content = format!("<shape type=\"ply\"><string name=\"filename\" value=\"a.ply\"/>{more}</shape>");
+        let content =
+            format!("<shape type=\"ply\"><string name=\"filename\" value=\"a.ply\"/>{more}</shape>");
         let scene = read_with(&content, &[("a.ply", ply.to_vec())]).unwrap().0;
         let mesh = &scene.meshes[scene.instances[0].mesh];
-        let [a, b, c] = mesh.triangles[0].map(|corner| Vec3::from(mesh.positions[corner as usize]).as_dvec3());
+        let [a, b, c] =
+            mesh.triangles[0].map(|corner| Vec3::from(mesh.positions[corner as usize]).as_dvec3());
         // Fronts stay in the renderer.
         (b - a).cross(c - a).z.signum() * scene.instances[0].transform.matrix3.determinant().signum()
     };
@@ -118,7 +125,10 @@ fn materials_map_to_surfaces() {
     let Surface::Lambertian(hex) = bsdf("diffuse", &rgb("reflectance", "#ff8000")) else { panic!() };
     assert!((hex.albedo - DVec3::new(1.0, 0.2158605, 0.0)).length() < 1e-6);
     let air = float("ext_ior", "1");
-    assert_eq!(bsdf("dielectric", &(float("int_ior", "1.5") + &air)), Surface::Dielectric(Dielectric { ior: 1.5 }));
+    assert_eq!(
+        bsdf("dielectric", &(float("int_ior", "1.5") + &air)),
+        Surface::Dielectric(Dielectric { ior: 1.5 })
+    );
     let rough = float("alpha", "0.09") + "<string name=\"distribution\" value=\"ggx\"/>";
     let Surface::RoughDielectric(RoughDielectric { roughness, multiple_scattering: false, .. }) =
         bsdf("roughdielectric", &rough)
@@ -133,7 +143,9 @@ fn materials_map_to_surfaces() {
         panic!()
     };
     assert!((eta - DVec3::new(0.143, 0.375, 1.442)).length() < 1e-3);
-    let Surface::MetallicRoughness(plastic) = bsdf("plastic", &rgb("diffuse_reflectance", "0.5")) else { panic!() };
+    let Surface::MetallicRoughness(plastic) = bsdf("plastic", &rgb("diffuse_reflectance", "0.5")) else {
+        panic!()
+    };
     assert_eq!((plastic.base_color, plastic.metallic, plastic.roughness), (DVec3::splat(0.5), 0.0, 0.0));
     let Surface::MetallicRoughness(principled) =
         bsdf("principled", &(float("metallic", "0.25") + &float("specular", "0.5")))
@@ -142,14 +154,18 @@ fn materials_map_to_surfaces() {
     };
     assert_eq!((principled.metallic, principled.roughness), (0.25, 0.5));
     assert!((principled.ior - 1.5).abs() < 1e-12);
-    let Surface::MetallicRoughness(MetallicRoughness { transmission: 1.0, .. }) = bsdf("thindielectric", "") else {
+    let Surface::MetallicRoughness(MetallicRoughness { transmission: 1.0, .. }) = bsdf("thindielectric", "")
+    else {
         panic!()
     };
 }
 
 #[test]
 fn textures_and_masks_become_images() {
-    let files = [("a.png", png(2, 1, &[[255, 0, 0, 255], [0, 255, 0, 255]])), ("b.png", png(2, 1, &[[0; 4], [255; 4]]))];
+    let files = [
+        ("a.png", png(2, 1, &[[255, 0, 0, 255], [0, 255, 0, 255]])),
+        ("b.png", png(2, 1, &[[0; 4], [255; 4]])),
+    ];
     let content = "<shape type=\"rectangle\"><bsdf type=\"mask\"><texture name=\"opacity\" type=\"bitmap\">
         <string name=\"filename\" value=\"b.png\"/><boolean name=\"raw\" value=\"true\"/></texture>
         <bsdf type=\"twosided\"><bsdf type=\"diffuse\"><texture name=\"reflectance\" type=\"bitmap\">
@@ -200,7 +216,9 @@ fn lights_are_read() {
 fn groups_are_placed_by_instances() {
     let group = "<shape type=\"shapegroup\" id=\"g\"><shape type=\"cube\"/><shape type=\"sphere\"/></shape>";
     let instance = |x: i32| {
-        format!("<shape type=\"instance\"><ref id=\"g\"/><transform name=\"to_world\"><translate x=\"{x}\"/></transform></shape>")
+        format!(
+            "<shape type=\"instance\"><ref id=\"g\"/><transform name=\"to_world\"><translate x=\"{x}\"/></transform></shape>"
+        )
     };
     let scene = read(&format!("{group}{}{}", instance(3), instance(5)));
     assert_eq!(scene.shapes.len(), 14);
@@ -250,17 +268,38 @@ fn what_is_not_modelled_is_named_once() {
         <shape type=\"sphere\"><bsdf type=\"diffuse\"><float name=\"shine\" value=\"1\"/></bsdf></shape>",
     );
     let count = |word: &str| scene.warnings.iter().filter(|warning| warning.contains(word)).count();
-    assert_eq!([count("hair"), count("serialized"), count("sunsky"), count("shine")], [1; 4], "{:?}", scene.warnings);
-    assert!(scene.warnings.iter().any(|w| w.contains("hair") && w.contains("a.xml: line 2")), "{:?}", scene.warnings);
+    assert_eq!(
+        [count("hair"), count("serialized"), count("sunsky"), count("shine")],
+        [1; 4],
+        "{:?}",
+        scene.warnings
+    );
+    assert!(
+        scene.warnings.iter().any(|w| w.contains("hair") && w.contains("a.xml: line 2")),
+        "{:?}",
+        scene.warnings
+    );
 }
 
 #[test]
 fn errors_have_a_place_and_a_remedy() {
     for (content, place, words) in [
         ("<shape type=\"sphere\"><ref id=\"none\"/></shape>", "a.xml:2:22", "no object has the id \"none\""),
-        ("<shape type=\"sphere\"><float name=\"radius\" value=\"x\"/></shape>", "a.xml:2:22", "not a finite number"),
-        ("<shape type=\"sphere\"><float name=\"radius\" value=\"-1\"/></shape>", "a.xml:2:1", "must be above 0"),
-        ("<sensor type=\"perspective\"><float name=\"fov\" value=\"180\"/></sensor>", "a.xml:2:1", "below 180"),
+        (
+            "<shape type=\"sphere\"><float name=\"radius\" value=\"x\"/></shape>",
+            "a.xml:2:22",
+            "not a finite number",
+        ),
+        (
+            "<shape type=\"sphere\"><float name=\"radius\" value=\"-1\"/></shape>",
+            "a.xml:2:1",
+            "must be above 0",
+        ),
+        (
+            "<sensor type=\"perspective\"><float name=\"fov\" value=\"180\"/></sensor>",
+            "a.xml:2:1",
+            "below 180",
+        ),
         ("<shape>", "a.xml:3:1", "not XML: expected 'shape'"),
         ("<bsdf id=\"a\"/><bsdf id=\"a\"/>", "a.xml:2:", "occurs twice"),
         ("<include filename=\"none.xml\"/>", "a.xml: line 2", "cannot read \"none.xml\""),
@@ -278,18 +317,19 @@ fn errors_have_a_place_and_a_remedy() {
 fn hostile_files_are_refused() {
     let deep = format!("{}{}", "<shape type=\"merge\">".repeat(100_000), "</shape>".repeat(100_000));
     assert!(error(&deep).contains("nested too deeply"));
-    let itself = "<shape type=\"shapegroup\" id=\"g\"><shape type=\"instance\"><ref id=\"g\"/></shape></shape>
+    let itself =
+        "<shape type=\"shapegroup\" id=\"g\"><shape type=\"instance\"><ref id=\"g\"/></shape></shape>
         <shape type=\"instance\"><ref id=\"g\"/></shape>";
     assert!(error(itself).contains("nested too deeply"));
     let bsdf = "<bsdf type=\"twosided\" id=\"b\"><ref id=\"b\"/></bsdf><shape type=\"sphere\"><ref id=\"b\"/></shape>";
     assert!(error(bsdf).contains("nested too deeply"));
     // 300,000 spheres of a group of 3,000 are more than these files may stand for.
-    let group = format!("<shape type=\"shapegroup\" id=\"g\">{}</shape>", "<shape type=\"sphere\"/>".repeat(3000));
+    let group =
+        format!("<shape type=\"shapegroup\" id=\"g\">{}</shape>", "<shape type=\"sphere\"/>".repeat(3000));
     let many = format!("{group}{}", "<shape type=\"instance\"><ref id=\"g\"/></shape>".repeat(3000));
     assert!(error(&many).contains("too much memory"));
     // Each default is twice as long as the one before.
-    let doubled: String = (1..64)
-        .map(|i| format!("<default name=\"a{i}\" value=\"$a{0}$a{0}\"/>", i - 1))
-        .collect();
+    let doubled: String =
+        (1..64).map(|i| format!("<default name=\"a{i}\" value=\"$a{0}$a{0}\"/>", i - 1)).collect();
     let _ = read_with(&format!("<default name=\"a0\" value=\"aaaaaaaa\"/>{doubled}"), &[]);
 }

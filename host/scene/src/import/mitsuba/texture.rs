@@ -35,10 +35,16 @@ impl Reader<'_, '_> {
     }
 
     /// Returns a colour by the name of its property: a texture's mean, with a warning.
-    pub fn color(&mut self, object: &Element, name: &str, quantity: Quantity) -> Result<Option<DVec3>, SceneError> {
+    pub fn color(
+        &mut self,
+        object: &Element,
+        name: &str,
+        quantity: Quantity,
+    ) -> Result<Option<DVec3>, SceneError> {
         let Some(value) = self.value(object, name, quantity)? else { return Ok(None) };
         if let Value::Image { .. } = value {
-            let feature = format!("a texture as {name} of <{} type=\"{}\">", object.tag, shown(object.kind()));
+            let feature =
+                format!("a texture as {name} of <{} type=\"{}\">", object.tag, shown(object.kind()));
             self.unsupported(object, &feature, "its mean is used");
         }
         Ok(Some(value.mean(&self.assembly.images.all)))
@@ -116,7 +122,9 @@ impl Reader<'_, '_> {
                     color(&pairs(&numbers).ok_or_else(|| invalid("the wavelengths must ascend"))?)
                 }
                 (None, Some(text)) => constant(document.parse_number(element, text)?),
-                (None, None) => return Err(invalid("a spectrum needs the attribute value, filename or type")),
+                (None, None) => {
+                    return Err(invalid("a spectrum needs the attribute value, filename or type"));
+                }
             },
             Some("uniform") => constant(document.number(element, "value", 1.0)?),
             Some("d65") => {
@@ -204,6 +212,6 @@ fn texture_coordinates(map: &DAffine3) -> DAffine2 {
 /// Returns a list of wavelengths and values as pairs; `None` if the wavelengths do not ascend.
 fn pairs(numbers: &[f64]) -> Option<Vec<(f64, f64)>> {
     let pairs: Vec<(f64, f64)> = numbers.chunks_exact(2).map(|pair| (pair[0], pair[1])).collect();
-    let is_valid = numbers.len() % 2 == 0 && !pairs.is_empty() && pairs.windows(2).all(|w| w[0].0 < w[1].0);
+    let is_valid = numbers.len().is_multiple_of(2) && !pairs.is_empty() && pairs.windows(2).all(|w| w[0].0 < w[1].0);
     is_valid.then_some(pairs)
 }

@@ -21,7 +21,13 @@ impl Reader<'_> {
             "Film" => {
                 settings.width = parameters.count(tokens, "xresolution", 1, settings.width)?;
                 settings.height = parameters.count(tokens, "yresolution", 1, settings.height)?;
-                parameters.ignore(&["filename", "diagonal", "savefp16", "maxcomponentvalue", "coordinatesystem"]);
+                parameters.ignore(&[
+                    "filename",
+                    "diagonal",
+                    "savefp16",
+                    "maxcomponentvalue",
+                    "coordinatesystem",
+                ]);
                 if kind == "spectral" {
                     self.unsupported(at, &what, "the image has red, green and blue");
                 }

@@ -21,14 +21,23 @@ impl Reader<'_> {
             }
             "Option" => {
                 let parameters = Parameters::read(&mut self.tokens)?;
-                parameters.ignore(&["seed", "msereferenceimage", "disablepixeljitter", "disablewavelengthjitter"]);
+                parameters.ignore(&[
+                    "seed",
+                    "msereferenceimage",
+                    "disablepixeljitter",
+                    "disablewavelengthjitter",
+                ]);
                 self.report_unused(&parameters, "Option");
                 Ok(())
             }
             "ColorSpace" => {
                 let name = self.text(word)?;
                 if name != "srgb" {
-                    self.unsupported(at, &format!("ColorSpace \"{}\"", shown(&name)), "colours are taken as srgb");
+                    self.unsupported(
+                        at,
+                        &format!("ColorSpace \"{}\"", shown(&name)),
+                        "colours are taken as srgb",
+                    );
                 }
                 Ok(())
             }
@@ -48,10 +57,11 @@ impl Reader<'_> {
             "MediumInterface" => self.medium_interface(),
             "NamedMaterial" => self.named_material(at),
             "Material" | "MakeNamedMaterial" | "Texture" | "Shape" | "LightSource" | "AreaLightSource"
-            | "MakeNamedMedium" | "Attribute" | "Camera" | "Film" | "Sampler" | "Integrator" | "PixelFilter"
-            | "Accelerator" => self.with_parameters(word, at),
+            | "MakeNamedMedium" | "Attribute" | "Camera" | "Film" | "Sampler" | "Integrator"
+            | "PixelFilter" | "Accelerator" => self.with_parameters(word, at),
             _ => {
-                let message = format!("unknown directive \"{}\"; this must be a scene of pbrt-v4", shown(word));
+                let message =
+                    format!("unknown directive \"{}\"; this must be a scene of pbrt-v4", shown(word));
                 self.error(at, message)
             }
         }
@@ -78,7 +88,8 @@ impl Reader<'_> {
             "ObjectBegin" => {
                 let name = self.text(word)?;
                 if self.object.is_some() {
-                    return self.error(at, "objects cannot contain objects; ObjectEnd must stand before this");
+                    return self
+                        .error(at, "objects cannot contain objects; ObjectEnd must stand before this");
                 }
                 if self.objects.contains_key(&name) {
                     return self.error(at, format!("the object \"{}\" is defined twice", shown(&name)));
@@ -103,7 +114,8 @@ impl Reader<'_> {
             return self.error(at, "objects cannot contain objects; ObjectEnd must stand before this");
         }
         let Some(items) = self.objects.get(&name) else {
-            return self.error(at, format!("unknown object \"{}\"; ObjectBegin must define it", shown(&name)));
+            return self
+                .error(at, format!("unknown object \"{}\"; ObjectBegin must define it", shown(&name)));
         };
         let site = self.tokens.site(at, "ObjectInstance");
         for item in items {

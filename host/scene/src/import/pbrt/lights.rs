@@ -50,7 +50,9 @@ impl Reader<'_> {
             None => DVec3::ONE,
             Some(spectrum) => match spectrum.light() {
                 Some(color) => color,
-                None => return self.error(at, format!("{name} is no spectrum of light that is known; state rgb")),
+                None => {
+                    return self.error(at, format!("{name} is no spectrum of light that is known; state rgb"));
+                }
             },
         };
         let strength = color * parameters.number(&self.tokens, "scale", 1.0)?;
@@ -73,7 +75,8 @@ impl Reader<'_> {
         let cone = parameters.number(&self.tokens, "coneangle", 30.0)?;
         let falloff = parameters.number(&self.tokens, "conedeltaangle", 5.0)?;
         if !(0.0 < cone && cone < 180.0 && (0.0..=cone).contains(&falloff)) {
-            let message = format!("coneangle {cone} and conedeltaangle {falloff} are no cone; from 0 to 180, in order");
+            let message =
+                format!("coneangle {cone} and conedeltaangle {falloff} are no cone; from 0 to 180, in order");
             return self.error(at, message);
         }
         if cone > 90.0 {
@@ -88,7 +91,13 @@ impl Reader<'_> {
         // The falloff is smoothstep of the cosine: its mean is one half.
         let (inner, outer) = power_preserving_cone(inner, outer, 0.5);
         let position = self.state.map.transform_point3(from);
-        Ok(PunctualLight::Spot { position, direction: self.direction(to - from, at)?, intensity, inner, outer })
+        Ok(PunctualLight::Spot {
+            position,
+            direction: self.direction(to - from, at)?,
+            intensity,
+            inner,
+            outer,
+        })
     }
 
     fn infinite(&mut self, parameters: &Parameters, at: At) -> Result<(), SceneError> {
@@ -99,7 +108,9 @@ impl Reader<'_> {
                 let image = self.assembly.float_image(file, &site)?;
                 if image.width != image.height {
                     let problem = format!("it has {} x {} pixels", image.width, image.height);
-                    return Err(site.malformed(problem, "pbrt-v4 needs a square one (`imgtool makeequiarea`)"));
+                    return Err(
+                        site.malformed(problem, "pbrt-v4 needs a square one (`imgtool makeequiarea`)")
+                    );
                 }
                 self.assembly.set_panorama(&image, octahedral, (scale, self.state.map), &site)
             }

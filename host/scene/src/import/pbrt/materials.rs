@@ -17,7 +17,8 @@ impl Reader<'_> {
         match self.named_materials.get(&name) {
             Some(&material) => self.state.material = material,
             None => {
-                let message = format!("unknown material \"{}\"; MakeNamedMaterial must define it", shown(&name));
+                let message =
+                    format!("unknown material \"{}\"; MakeNamedMaterial must define it", shown(&name));
                 return self.error(at, message);
             }
         }
@@ -120,7 +121,13 @@ impl Reader<'_> {
     }
 
     /// Returns a share of light by its name.
-    fn share(&mut self, parameters: &Parameters, name: &str, default: f64, at: At) -> Result<Value, SceneError> {
+    fn share(
+        &mut self,
+        parameters: &Parameters,
+        name: &str,
+        default: f64,
+        at: At,
+    ) -> Result<Value, SceneError> {
         let value = self.value(parameters, name, default, false)?;
         if value.exceeds_one() {
             self.unsupported(at, &format!("a {name} above 1"), "taken as 1");
@@ -129,7 +136,13 @@ impl Reader<'_> {
     }
 
     /// Returns the GGX alpha of a rough surface; `prefix` begins the names of its parameters.
-    fn alpha(&mut self, parameters: &Parameters, prefix: &str, default: f64, at: At) -> Result<f64, SceneError> {
+    fn alpha(
+        &mut self,
+        parameters: &Parameters,
+        prefix: &str,
+        default: f64,
+        at: At,
+    ) -> Result<f64, SceneError> {
         let roughness = self.scalar(parameters, &format!("{prefix}roughness"), default)?;
         let u = self.scalar(parameters, &format!("{prefix}uroughness"), roughness)?;
         let v = self.scalar(parameters, &format!("{prefix}vroughness"), roughness)?;
@@ -220,7 +233,11 @@ impl Reader<'_> {
             roughness: 1.0,
             layers: Layers {
                 specular: Some(Specular { strength: 0.0, ..Specular::default() }),
-                diffuse_transmission: Some(DiffuseTransmission { share, color, ..DiffuseTransmission::default() }),
+                diffuse_transmission: Some(DiffuseTransmission {
+                    share,
+                    color,
+                    ..DiffuseTransmission::default()
+                }),
                 ..Layers::default()
             },
             ..MetallicRoughness::default()
@@ -238,7 +255,8 @@ impl Reader<'_> {
         let name = if amount > 0.5 { second } else { first };
         match self.named_materials.get(name) {
             Some(&material) => Ok(material),
-            None => self.error(at, format!("unknown material \"{}\"; MakeNamedMaterial must define it", shown(name))),
+            None => self
+                .error(at, format!("unknown material \"{}\"; MakeNamedMaterial must define it", shown(name))),
         }
     }
 }

@@ -9,8 +9,22 @@ use std::cell::Cell;
 
 /// Types of values.
 const TYPES: [&str; 16] = [
-    "float", "integer", "bool", "string", "texture", "spectrum", "rgb", "blackbody", "point", "point2", "point3",
-    "vector", "vector2", "vector3", "normal", "normal3",
+    "float",
+    "integer",
+    "bool",
+    "string",
+    "texture",
+    "spectrum",
+    "rgb",
+    "blackbody",
+    "point",
+    "point2",
+    "point3",
+    "vector",
+    "vector2",
+    "vector3",
+    "normal",
+    "normal3",
 ];
 
 /// Values of a parameter.
@@ -70,7 +84,9 @@ impl Parameters {
                         return Err(tokens.error(at, message));
                     }
                     if parameters.iter().any(|known| known.name == name) {
-                        return Err(tokens.error(at, format!("the parameter \"{}\" occurs twice", shown(name))));
+                        return Err(
+                            tokens.error(at, format!("the parameter \"{}\" occurs twice", shown(name)))
+                        );
                     }
                     let (kind, name) = (kind.to_owned(), name.to_owned());
                     let values = values(tokens)?;
@@ -140,7 +156,8 @@ impl Parameters {
             return Ok(number as u32);
         }
         let at = self.get(name).map_or(tokens.at, |parameter| parameter.at);
-        Err(tokens.error(at, format!("{name} is {number}; it must be a whole number from {least} to {}", u32::MAX)))
+        Err(tokens
+            .error(at, format!("{name} is {number}; it must be a whole number from {least} to {}", u32::MAX)))
     }
 
     /// Returns numbers by their name; none without the parameter.
@@ -157,7 +174,9 @@ impl Parameters {
         let numbers = self.numbers(tokens, name)?;
         if !numbers.len().is_multiple_of(3) {
             let at = self.get(name).map_or(tokens.at, |parameter| parameter.at);
-            return Err(tokens.error(at, format!("{name} has {} numbers; it needs three each", numbers.len())));
+            return Err(
+                tokens.error(at, format!("{name} has {} numbers; it needs three each", numbers.len()))
+            );
         }
         Ok(numbers.chunks_exact(3).map(DVec3::from_slice).collect())
     }
@@ -221,7 +240,8 @@ impl Parameters {
                     ("float", &[value]) => Some(Spectrum::Rgb(DVec3::splat(value))),
                     ("blackbody", &[kelvin]) => Some(Spectrum::Blackbody(kelvin)),
                     ("spectrum", numbers) => {
-                        let samples: Vec<_> = numbers.chunks_exact(2).map(|pair| (pair[0], pair[1])).collect();
+                        let samples: Vec<_> =
+                            numbers.chunks_exact(2).map(|pair| (pair[0], pair[1])).collect();
                         let is_valid = numbers.len().is_multiple_of(2)
                             && !samples.is_empty()
                             && samples.windows(2).all(|pair| pair[0].0 < pair[1].0);
@@ -311,7 +331,11 @@ fn values(tokens: &mut Tokens) -> Result<Values, SceneError> {
         let one = match token {
             Some(Token::Close) if is_list => break,
             Some(token) => value(token, tokens)?,
-            None => return Err(tokens.error(tokens.at, "the file ends within a parameter; its values must follow")),
+            None => {
+                return Err(
+                    tokens.error(tokens.at, "the file ends within a parameter; its values must follow")
+                );
+            }
         };
         match (&mut values, one) {
             (None, one) => values = Some(one),
@@ -336,12 +360,16 @@ fn value(token: Token, tokens: &Tokens) -> Result<Values, SceneError> {
         Token::Word(ref word) => match number(word) {
             Some(number) => Ok(Values::Numbers(vec![number])),
             None => {
-                let message = format!("{} is no value; a finite number, a text, true or false must stand here", token.shown());
+                let message = format!(
+                    "{} is no value; a finite number, a text, true or false must stand here",
+                    token.shown()
+                );
                 Err(tokens.error(tokens.at, message))
             }
         },
         Token::Open | Token::Close => {
-            let message = format!("{} is no value; a number, a text, true or false must stand here", token.shown());
+            let message =
+                format!("{} is no value; a number, a text, true or false must stand here", token.shown());
             Err(tokens.error(tokens.at, message))
         }
     }

@@ -1,6 +1,8 @@
 //! Shapes of pbrt.
 
-use super::super::assembly::{Form, Item, Part, Value, grid, oriented, surface_of_revolution, turned_inside_out};
+use super::super::assembly::{
+    Form, Item, Part, Value, grid, oriented, surface_of_revolution, turned_inside_out,
+};
 use super::super::{gzip, ply};
 use super::parameters::Parameters;
 use super::tokens::At;
@@ -77,9 +79,14 @@ impl Reader<'_> {
         let inside = self.medium(&inside, at)?;
         let outside = self.medium(&outside, at)?;
         if outside != self.assembly.scene.atmosphere {
-            self.unsupported(at, "a medium outside of a surface", "only that of the camera is around all objects");
+            self.unsupported(
+                at,
+                "a medium outside of a surface",
+                "only that of the camera is around all objects",
+            );
         }
-        let key = [self.state.material, light.map_or(0, |light| light + 1), alpha, inside.map_or(0, |i| i + 1)];
+        let key =
+            [self.state.material, light.map_or(0, |light| light + 1), alpha, inside.map_or(0, |i| i + 1)];
         if let Some(&known) = self.uses.get(&key) {
             return Ok(Some(known));
         }
@@ -145,7 +152,8 @@ impl Reader<'_> {
         let mesh = match kind {
             "sphere" => {
                 let (low, high) = (number("zmin", -radius)?, number("zmax", radius)?);
-                let (low, high) = (low.min(high).clamp(-radius, radius), low.max(high).clamp(-radius, radius));
+                let (low, high) =
+                    (low.min(high).clamp(-radius, radius), low.max(high).clamp(-radius, radius));
                 if is_whole && low == -radius && high == radius {
                     return Ok(vec![self.form(Form::Sphere { radius }, DAffine3::IDENTITY, material)]);
                 }
@@ -201,7 +209,8 @@ impl Reader<'_> {
         }
         for (what, given) in [("normals N", normals.len()), ("texture coordinates uv", uvs.len() / 2)] {
             if given != 0 && given != exact.len() {
-                return self.error(at, format!("{given} {what} for {} points; there must be one each", exact.len()));
+                return self
+                    .error(at, format!("{given} {what} for {} points; there must be one each", exact.len()));
             }
         }
         let uvs = uvs.chunks_exact(2).map(|uv| [uv[0] as f32, (1.0 - uv[1]) as f32]).collect();
@@ -223,7 +232,10 @@ impl Reader<'_> {
             return Ok((0..size as u32).collect());
         }
         if numbers.is_empty() || !numbers.len().is_multiple_of(size) {
-            return self.error(at, format!("{} indices are given; there must be {size} for each face", numbers.len()));
+            return self.error(
+                at,
+                format!("{} indices are given; there must be {size} for each face", numbers.len()),
+            );
         }
         let index = |&number: &f64| {
             let is_valid = number >= 0.0 && number < count as f64 && number.fract() == 0.0;
@@ -238,7 +250,8 @@ impl Reader<'_> {
     fn triangles(&mut self, parameters: &Parameters, at: At) -> Result<(Mesh, DVec3), SceneError> {
         let (mut mesh, origin) = self.vertices(parameters, at)?;
         let indices = self.indices(parameters, (mesh.positions.len(), 3), at)?;
-        mesh.triangles = indices.chunks_exact(3).map(|corners| [corners[0], corners[1], corners[2]]).collect();
+        mesh.triangles =
+            indices.chunks_exact(3).map(|corners| [corners[0], corners[1], corners[2]]).collect();
         Ok((mesh, origin))
     }
 
@@ -251,7 +264,8 @@ impl Reader<'_> {
             let corners = [0, 1, 2, 3].map(|i| patch[i] as usize);
             let points = corners.map(|corner| DVec3::from(given.positions[corner].map(f64::from)));
             let cells = if is_flat(points) { 1 } else { PATCH };
-            let bytes = super::super::mesh::bytes(u64::from((cells + 1).pow(2)), u64::from(2 * cells * cells));
+            let bytes =
+                super::super::mesh::bytes(u64::from((cells + 1).pow(2)), u64::from(2 * cells * cells));
             self.assembly.budget.take(bytes, &self.tokens.site(at, "Shape"))?;
             let normals = (!given.normals.is_empty())
                 .then(|| corners.map(|corner| DVec3::from(given.normals[corner].map(f64::from))));
@@ -315,9 +329,9 @@ fn patch_grid(
             None => along_u.cross(along_v).normalize_or(DVec3::Z),
         };
         let uv = match uvs {
-            Some(uvs) => {
-                bilinear(uvs.map(|[u, v]| DVec3::new(f64::from(u), f64::from(v), 0.0)), u, v).truncate().as_vec2()
-            }
+            Some(uvs) => bilinear(uvs.map(|[u, v]| DVec3::new(f64::from(u), f64::from(v), 0.0)), u, v)
+                .truncate()
+                .as_vec2(),
             None => glam::DVec2::new(u, 1.0 - v).as_vec2(),
         };
         (bilinear(points, u, v), normal, uv.into())

@@ -136,7 +136,8 @@ impl Reader<'_> {
                 let n = self.numbers::<9>(word)?;
                 let [eye, target, up] = [0, 3, 6].map(|i| DVec3::from_slice(&n[i..i + 3]));
                 let Some(map) = look_at(eye, target, up) else {
-                    let message = "there is no view: both points are the same, or up is along the view (or 0)";
+                    let message =
+                        "there is no view: both points are the same, or up is along the view (or 0)";
                     return self.error(at, message);
                 };
                 self.concat(map.inverse(), at)?;

@@ -2,8 +2,8 @@ use super::super::testing::{Memory, png};
 use super::parse;
 use crate::ImageSettings;
 use crate::description::{
-    Alpha, Conductor, ConductorFresnel, Description, Dielectric, Lambertian, MetallicRoughness, PunctualLight,
-    RoughDielectric, ShapeKind, Sky, Surface, Texels,
+    Alpha, Conductor, ConductorFresnel, Description, Dielectric, Lambertian, MetallicRoughness,
+    PunctualLight, RoughDielectric, ShapeKind, Sky, Surface, Texels,
 };
 use crate::error::SceneError;
 use flate2::Compression;
@@ -104,28 +104,41 @@ fn transforms_and_scopes() {
 fn materials_map_to_surfaces() {
     let rgb = "\"rgb reflectance\" [0.1 0.2 0.3]";
     assert_eq!(surface(&format!("Material \"diffuse\" {rgb}")), Lambertian::rgb(0.1, 0.2, 0.3).into());
-    assert_eq!(surface("Material \"dielectric\" \"float eta\" 1.25"), Surface::Dielectric(Dielectric { ior: 1.25 }));
+    assert_eq!(
+        surface("Material \"dielectric\" \"float eta\" 1.25"),
+        Surface::Dielectric(Dielectric { ior: 1.25 })
+    );
     let glass = surface("Material \"dielectric\" \"spectrum eta\" \"glass-BK7\" \"float roughness\" 0.0625");
-    let Surface::RoughDielectric(RoughDielectric { ior, roughness, multiple_scattering: false }) = glass else {
+    let Surface::RoughDielectric(RoughDielectric { ior, roughness, multiple_scattering: false }) = glass
+    else {
         panic!()
     };
     // alpha is the root of pbrt's roughness, the roughness here that of alpha.
     assert!((ior - 1.5168).abs() < 1e-12 && (roughness - 0.5).abs() < 1e-12);
     let rough = "\"float roughness\" 0.25 \"bool remaproughness\" false";
-    let metal = surface(&format!("Material \"conductor\" \"spectrum eta\" \"metal-Au-eta\" \"spectrum k\" \"metal-Au-k\" {rough}"));
-    let Surface::Conductor(Conductor { fresnel: ConductorFresnel::Ior { eta, k }, roughness, .. }) = metal else {
+    let metal = surface(&format!(
+        "Material \"conductor\" \"spectrum eta\" \"metal-Au-eta\" \"spectrum k\" \"metal-Au-k\" {rough}"
+    ));
+    let Surface::Conductor(Conductor { fresnel: ConductorFresnel::Ior { eta, k }, roughness, .. }) = metal
+    else {
         panic!()
     };
     assert!((eta.y - 0.375).abs() < 1e-3 && (k.x - 3.98).abs() < 0.01 && (roughness - 0.5).abs() < 1e-12);
     let mirror = surface("Material \"conductor\" \"rgb reflectance\" [0.5 0.6 0.7]");
-    let Surface::Conductor(Conductor { fresnel: ConductorFresnel::Ior { eta, k }, .. }) = mirror else { panic!() };
+    let Surface::Conductor(Conductor { fresnel: ConductorFresnel::Ior { eta, k }, .. }) = mirror else {
+        panic!()
+    };
     let normal = ((eta - 1.0) * (eta - 1.0) + k * k) / ((eta + 1.0) * (eta + 1.0) + k * k);
     assert!((normal - DVec3::new(0.5, 0.6, 0.7)).length() < 1e-9);
-    let Surface::MetallicRoughness(plastic) = surface("Material \"coateddiffuse\" \"rgb reflectance\" [1 0.5 0]") else {
+    let Surface::MetallicRoughness(plastic) =
+        surface("Material \"coateddiffuse\" \"rgb reflectance\" [1 0.5 0]")
+    else {
         panic!()
     };
     // Light that the coating sends back makes the base darker and more saturated.
-    assert!((plastic.base_color.x - 1.0).abs() < 1e-12 && plastic.base_color.y < 0.3 && plastic.metallic == 0.0);
+    assert!(
+        (plastic.base_color.x - 1.0).abs() < 1e-12 && plastic.base_color.y < 0.3 && plastic.metallic == 0.0
+    );
     let Surface::MetallicRoughness(coated) = surface("Material \"coatedconductor\"") else { panic!() };
     assert!(coated.layers.coat.is_some() && coated.metallic == 1.0);
     let Surface::MetallicRoughness(leaf) = surface(
@@ -136,11 +149,13 @@ fn materials_map_to_surfaces() {
     let layer = leaf.layers.diffuse_transmission.unwrap();
     assert!((layer.share * layer.color - DVec3::new(0.6, 0.3, 0.3)).length() < 1e-12);
     assert!(((1.0 - layer.share) * leaf.base_color - DVec3::splat(0.2)).length() < 1e-12);
-    let Surface::MetallicRoughness(MetallicRoughness { transmission: 1.0, .. }) = surface("Material \"thindielectric\"")
+    let Surface::MetallicRoughness(MetallicRoughness { transmission: 1.0, .. }) =
+        surface("Material \"thindielectric\"")
     else {
         panic!()
     };
-    let named = "MakeNamedMaterial \"a\" \"string type\" \"diffuse\" \"rgb reflectance\" [0 0 0] Material \"diffuse\"
+    let named =
+        "MakeNamedMaterial \"a\" \"string type\" \"diffuse\" \"rgb reflectance\" [0 0 0] Material \"diffuse\"
         NamedMaterial \"a\"";
     assert_eq!(surface(named), Lambertian::rgb(0.0, 0.0, 0.0).into());
 }
@@ -203,7 +218,10 @@ fn lights_are_read() {
         LightSource \"spot\" \"point3 to\" [1 0 0] LightSource \"infinite\" \"rgb L\" [0.5 0.5 0.5]",
     );
     let [lamp, plain] = &scene.materials[..] else { panic!() };
-    assert_eq!((lamp.emission, lamp.emits_both_sides, plain.emission), (DVec3::new(2.0, 4.0, 6.0), true, DVec3::ZERO));
+    assert_eq!(
+        (lamp.emission, lamp.emits_both_sides, plain.emission),
+        (DVec3::new(2.0, 4.0, 6.0), true, DVec3::ZERO)
+    );
     let [PunctualLight::Point { intensity, .. }, PunctualLight::Directional { direction, irradiance }, spot] =
         &scene.lights[..]
     else {
@@ -267,8 +285,17 @@ fn what_is_not_modelled_is_named_once() {
         LightSource \"goniometric\" LightSource \"infinite\" \"string shine\" \"a\"",
     );
     let count = |word: &str| scene.warnings.iter().filter(|warning| warning.contains(word)).count();
-    assert_eq!([count("hair"), count("curve"), count("goniometric"), count("shine")], [1; 4], "{:?}", scene.warnings);
-    assert!(scene.warnings.iter().any(|w| w.contains("hair") && w.contains("a.pbrt: line 4")), "{:?}", scene.warnings);
+    assert_eq!(
+        [count("hair"), count("curve"), count("goniometric"), count("shine")],
+        [1; 4],
+        "{:?}",
+        scene.warnings
+    );
+    assert!(
+        scene.warnings.iter().any(|w| w.contains("hair") && w.contains("a.pbrt: line 4")),
+        "{:?}",
+        scene.warnings
+    );
 }
 
 #[test]
@@ -287,7 +314,11 @@ fn errors_have_a_place_and_a_remedy() {
         ("LookAt 1 2 3 1 2 3 0 1 0", "a.pbrt:1:1", "the same"),
         ("Translate 1 2", "a.pbrt:1:1", "the file ends"),
         ("Film \"rgb\" \"integer xresolution\" 0", "a.pbrt:1:12", "from 1"),
-        ("WorldBegin Shape \"trianglemesh\" \"point P\" [0 0 0] \"integer indices\" [0 1 2]", "a.pbrt:1:12", "from 0 to 0"),
+        (
+            "WorldBegin Shape \"trianglemesh\" \"point P\" [0 0 0] \"integer indices\" [0 1 2]",
+            "a.pbrt:1:12",
+            "from 0 to 0",
+        ),
         ("Include \"none.pbrt\"", "a.pbrt: line 1", "cannot read \"none.pbrt\""),
         ("Camera \"perspective\"", "a.pbrt:1:", "no WorldBegin"),
     ] {

@@ -80,7 +80,8 @@ impl Reader<'_> {
             return match self.textures.get(&key) {
                 Some(value) => Ok(Some(value.clone())),
                 None => {
-                    let message = format!("unknown texture \"{}\"; Texture must define it before", shown(texture));
+                    let message =
+                        format!("unknown texture \"{}\"; Texture must define it before", shown(texture));
                     self.error(at, message)
                 }
             };
@@ -153,7 +154,12 @@ impl Reader<'_> {
         Ok(Value::Image { texture, scale: DVec3::splat(scale) })
     }
 
-    fn checkerboard(&mut self, parameters: &Parameters, is_number: bool, at: At) -> Result<Value, SceneError> {
+    fn checkerboard(
+        &mut self,
+        parameters: &Parameters,
+        is_number: bool,
+        at: At,
+    ) -> Result<Value, SceneError> {
         if parameters.count(&self.tokens, "dimension", 2, 2)? != 2 {
             self.unsupported(at, "a checkerboard of three dimensions", "taken as one of two");
         }

@@ -196,13 +196,17 @@ impl Frame {
                 let inside = &bytes[start + 1..];
                 let length = inside.iter().position(|&byte| matches!(byte, b'"' | b'\n'));
                 let Some(length) = length.filter(|&length| inside[length] == b'"') else {
-                    return Err(("the text has no end; it must end with a quote on its line".to_owned(), start));
+                    return Err((
+                        "the text has no end; it must end with a quote on its line".to_owned(),
+                        start,
+                    ));
                 };
                 self.offset += length + 2;
                 Token::Text(self.text[start + 1..start + 1 + length].to_owned())
             }
             _ => {
-                let is_end = |&byte: &u8| byte.is_ascii_whitespace() || matches!(byte, b'"' | b'[' | b']' | b'#');
+                let is_end =
+                    |&byte: &u8| byte.is_ascii_whitespace() || matches!(byte, b'"' | b'[' | b']' | b'#');
                 let rest = &bytes[start..];
                 let length = rest.iter().position(is_end).unwrap_or(rest.len());
                 self.offset += length;
@@ -227,6 +231,7 @@ impl Token {
 
 /// Returns a word as a finite number.
 pub fn number(word: &str) -> Option<f64> {
-    let starts = word.starts_with(|letter: char| letter.is_ascii_digit() || matches!(letter, '-' | '+' | '.'));
+    let starts =
+        word.starts_with(|letter: char| letter.is_ascii_digit() || matches!(letter, '-' | '+' | '.'));
     word.parse().ok().filter(|number: &f64| starts && number.is_finite())
 }
