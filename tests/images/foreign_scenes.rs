@@ -100,7 +100,12 @@ fn textures_meshes_and_panorama() {
             sky.rotation += 0.1;
         }
     };
-    check("table", 256, 1e-4, &[("2 % brighter", brighter), ("mirrored images", mirrored), ("turned sky", turned)]);
+    check(
+        "table",
+        256,
+        1e-4,
+        &[("2 % brighter", brighter), ("mirrored images", mirrored), ("turned sky", turned)],
+    );
 }
 
 #[test]

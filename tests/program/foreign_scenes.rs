@@ -87,7 +87,8 @@ fn scenes_of_other_renderers_are_rendered_as_they_are() {
 #[test]
 fn what_is_not_modelled_is_a_warning_by_name() {
     let files = Files::new("warn");
-    let hair = files.write("a.pbrt", &(PBRT.to_owned() + "Material \"hair\" Shape \"sphere\" Shape \"curve\""));
+    let hair =
+        files.write("a.pbrt", &(PBRT.to_owned() + "Material \"hair\" Shape \"sphere\" Shape \"curve\""));
     let image = files.path("a.png");
     let arguments = render(&hair, &image);
     let words = ["Material \"hair\"", "Shape \"curve\"", "line 11", "left out"];
@@ -103,7 +104,12 @@ fn errors_name_file_line_and_column() {
     let files = Files::new("errors");
     let image = files.path("a.png");
     let cases = [
-        ("a.pbrt", PBRT.replace("\"disk\"", "\"disk\" \"float height\" tall"), "a.pbrt:10:56", "a finite number"),
+        (
+            "a.pbrt",
+            PBRT.replace("\"disk\"", "\"disk\" \"float height\" tall"),
+            "a.pbrt:10:56",
+            "a finite number",
+        ),
         ("b.pbrt", PBRT.replace("WorldBegin", "WorldStart"), "b.pbrt:4:1", "unknown directive"),
         ("a.xml", MITSUBA.replace("value=\"90\"", "value=\"wide\""), "a.xml:2:28", "not a finite number"),
         ("b.xml", MITSUBA.replace("</sensor>", ""), "b.xml:", "not XML"),

@@ -8,6 +8,13 @@ fn extension(path: &Path) -> String {
     path.extension().map_or_else(|| "without an extension".to_owned(), |name| format!(".{}", name.display()))
 }
 
+/// Returns the page of the scene format's reference that describes a file.
+fn page(file: &str) -> &'static str {
+    let extension = Path::new(file).extension().unwrap_or_default();
+    let is_foreign = ["pbrt", "xml"].iter().any(|name| extension.eq_ignore_ascii_case(name));
+    if is_foreign { "pbrt-and-mitsuba.md" } else { "README.md" }
+}
+
 /// An error that makes a scene unusable.
 #[derive(Debug, Error)]
 pub enum SceneError {
@@ -22,7 +29,8 @@ pub enum SceneError {
     /// The text is not a scene: a syntax error, an unknown field, a value out of range or an
     /// unknown material.
     #[error(
-        "{file}:{line}:{column}: {message}\n{excerpt}\n  see docs/reference/scene-format/README.md for the format"
+        "{file}:{line}:{column}: {message}\n{excerpt}\n  see docs/reference/scene-format/{} for the format",
+        page(file)
     )]
     Invalid {
         /// Path of the file, or the name that stands for it.

@@ -21,7 +21,7 @@ pub type Lookup = fn(&Image, DVec3) -> DVec3;
 
 impl Assembly<'_> {
     /// Makes an image the light from infinity. `to_world` maps the light's coordinates to the
-    /// file's world, and `rows` is the height of the panorama that it is resampled to.
+    /// file's world.
     pub fn set_panorama(
         &mut self,
         image: &Image,
@@ -41,6 +41,9 @@ impl Assembly<'_> {
             return Err(site.malformed("its transform flattens it", "it must be invertible"));
         }
         let rows = if image.height <= MAX_SMALL { 2 * image.height } else { image.height };
+        // A narrow image has no more details than it has texels.
+        let most = (2.0 * f64::from(image.width) * f64::from(image.height)).sqrt().ceil();
+        let rows = rows.min(most as u32).max(1);
         budget::fits(2 * 12 * u64::from(rows) * u64::from(rows), site)?;
         let resampled = resample(rows, |direction| {
             lookup(image, from_world.transform_vector3(direction).normalize_or(DVec3::Y))

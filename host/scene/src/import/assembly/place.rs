@@ -2,7 +2,7 @@
 
 use super::super::mesh::{POSITION_REMEDY, bytes, check_instance, check_position, check_uvs, extent, finish};
 use super::super::origin;
-use super::super::source_location::SourceLocation;
+use super::super::source_location::{SourceLocation, shown};
 use super::{Assembly, Form};
 use crate::description::{Instance, Material, Mesh, Shape, ShapeKind};
 use crate::error::SceneError;
@@ -37,6 +37,14 @@ impl Assembly<'_> {
         let Some(mesh) = finish(mesh, site, &mut self.warnings) else { return Ok(None) };
         self.scene.meshes.push(mesh);
         Ok(Some(self.scene.meshes.len() - 1))
+    }
+
+    /// Adds the warnings of a model, but for those about materials, which it does not bring.
+    pub fn add_warnings(&mut self, warnings: &[String], file: &str) {
+        for warning in warnings.iter().filter(|text| !["material", "mtllib"].iter().any(|w| text.contains(w)))
+        {
+            self.warnings.once(format!("{}: {warning}", shown(file)));
+        }
     }
 
     /// Returns positions relative to a point that suits them, and that point.

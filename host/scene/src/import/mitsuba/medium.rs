@@ -4,6 +4,7 @@ use super::document::Element;
 use super::texture::Quantity;
 use super::{Reader, SceneError, address};
 use crate::description::Medium;
+use crate::medium::MAX_MEDIA;
 use glam::DVec3;
 use std::rc::Rc;
 
@@ -34,6 +35,9 @@ impl Reader<'_, '_> {
         let albedo = albedo.clamp(DVec3::ZERO, DVec3::ONE);
         let medium = Medium { name, anisotropy, ..Medium::new(extinction, albedo) };
         medium.check().map_err(|fault| document.error(element, fault))?;
+        if self.assembly.scene.media.len() >= MAX_MEDIA {
+            return Err(document.error(element, format!("too many media; at most {MAX_MEDIA}")));
+        }
         self.assembly.budget.take(size_of::<Medium>() as u64, &document.site(element))?;
         let index = self.assembly.scene.media.len();
         self.assembly.scene.media.push(medium);

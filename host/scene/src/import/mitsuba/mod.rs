@@ -111,15 +111,6 @@ impl<'d> Reader<'d, '_> {
                 _ => self.unsupported(child, &child.label(), "ignored"),
             }
         }
-        let media = self.assembly.scene.media.len();
-        if media > crate::medium::MAX_MEDIA {
-            let problem = format!("the scene has {media} media, more than {}", crate::medium::MAX_MEDIA);
-            let first = document.children.first();
-            return Err(first.map_or_else(
-                || SceneError::Inconsistent { file: String::new(), message: problem.clone() },
-                |first| document.error(first, problem.clone()),
-            ));
-        }
         Ok(())
     }
 

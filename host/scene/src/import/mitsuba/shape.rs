@@ -171,7 +171,8 @@ impl Reader<'_, '_> {
             self.assembly.budget.extend(bytes.len());
         }
         let read = if is_obj { obj::parse(&bytes, name, &mut Empty)? } else { ply::parse(&bytes, name)? };
-        let Description { meshes, instances, .. } = read;
+        let Description { meshes, instances, warnings, .. } = read;
+        self.assembly.add_warnings(&warnings, name);
         let mut items = Vec::new();
         for (mesh, instance) in meshes.into_iter().zip(instances) {
             let mut mesh = Mesh { material, ..mesh };

@@ -116,6 +116,19 @@ fn fronts_are_those_of_mitsuba() {
     }
 }
 
+/// Materials of models are those of the scene, and faults of models are named.
+#[test]
+fn models_bring_shapes_only() {
+    let obj = b"mtllib none.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\nf 1 2 2\n".to_vec();
+    let content = "<shape type=\"obj\"><string name=\"filename\" value=\"a.obj\"/></shape>";
+    let scene = read_with(content, &[("a.obj", obj)]).unwrap().0;
+    assert_eq!(scene.materials[0].surface, Lambertian::rgb(0.5, 0.5, 0.5).into());
+    // Mitsuba computes the normals.
+    assert_eq!(scene.meshes[0].normals[0], [0.0, 0.0, 1.0]);
+    assert_eq!(scene.warnings.len(), 1, "{:?}", scene.warnings);
+    assert!(scene.warnings[0].starts_with("a.obj: triangles without area"), "{:?}", scene.warnings);
+}
+
 #[test]
 fn materials_map_to_surfaces() {
     let bsdf = |kind: &str, properties: &str| surface(&format!("<bsdf type=\"{kind}\">{properties}</bsdf>"));

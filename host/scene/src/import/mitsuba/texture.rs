@@ -212,6 +212,7 @@ fn texture_coordinates(map: &DAffine3) -> DAffine2 {
 /// Returns a list of wavelengths and values as pairs; `None` if the wavelengths do not ascend.
 fn pairs(numbers: &[f64]) -> Option<Vec<(f64, f64)>> {
     let pairs: Vec<(f64, f64)> = numbers.chunks_exact(2).map(|pair| (pair[0], pair[1])).collect();
-    let is_valid = numbers.len().is_multiple_of(2) && !pairs.is_empty() && pairs.windows(2).all(|w| w[0].0 < w[1].0);
+    let is_valid =
+        numbers.len().is_multiple_of(2) && !pairs.is_empty() && pairs.windows(2).all(|w| w[0].0 < w[1].0);
     is_valid.then_some(pairs)
 }

@@ -51,7 +51,8 @@ impl Reader<'_> {
             Some(spectrum) => match spectrum.light() {
                 Some(color) => color,
                 None => {
-                    return self.error(at, format!("{name} is no spectrum of light that is known; state rgb"));
+                    return self
+                        .error(at, format!("{name} is no spectrum of light that is known; state rgb"));
                 }
             },
         };

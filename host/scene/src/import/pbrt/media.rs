@@ -4,6 +4,7 @@ use super::parameters::Parameters;
 use super::tokens::At;
 use super::{Reader, SceneError, shown};
 use crate::description::Medium;
+use crate::medium::MAX_MEDIA;
 use glam::DVec3;
 
 impl Reader<'_> {
@@ -68,8 +69,8 @@ impl Reader<'_> {
         let medium =
             Medium { name: shown(&name), anisotropy, emission: glow, ..Medium::new(extinction, albedo) };
         medium.check().map_err(|fault| self.tokens.error(at, fault))?;
-        if self.assembly.scene.media.len() >= crate::medium::MAX_MEDIA {
-            return self.error(at, format!("too many media; at most {}", crate::medium::MAX_MEDIA));
+        if self.assembly.scene.media.len() >= MAX_MEDIA {
+            return self.error(at, format!("too many media; at most {MAX_MEDIA}"));
         }
         self.assembly.scene.media.push(medium);
         self.media.insert(name, Some(self.assembly.scene.media.len() - 1));

@@ -292,6 +292,7 @@ impl Reader<'_> {
         }
         let bytes = gzip::decompressed(bytes, &mut self.assembly.budget, &site)?;
         let read = ply::parse(&bytes, file)?;
+        self.assembly.add_warnings(&read.warnings, file);
         let mut items = Vec::new();
         for (mesh, instance) in read.meshes.into_iter().zip(read.instances) {
             for item in self.mesh((mesh, DVec3::ZERO), material, at)? {
