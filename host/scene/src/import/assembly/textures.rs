@@ -27,10 +27,11 @@ impl Assembly<'_> {
         self.files.read(&path, files::readable()).map_err(|error| site.resource(name, error))
     }
 
-    /// Reads an image with floating-point channels: EXR, HDR or PFM.
+    /// Reads an image of linear light: EXR, HDR or PFM, or a PNG, whose numbers are sRGB-encoded.
     pub fn float_image(&mut self, name: &str, site: &SourceLocation) -> Result<Image, SceneError> {
-        if !is_float(name) {
-            let problem = format!("\"{}\" is not an EXR, HDR or PFM file", shown(name));
+        let is_png = Path::new(name).extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
+        if !(is_float(name) || is_png) {
+            let problem = format!("\"{}\" is not an EXR, HDR, PFM or PNG file", shown(name));
             return Err(site.malformed(problem, "light from infinity needs one of these"));
         }
         let bytes = self.read(name, site)?;

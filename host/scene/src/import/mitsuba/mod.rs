@@ -7,6 +7,7 @@ mod bsdf;
 mod document;
 mod emitter;
 mod medium;
+mod model;
 mod principled;
 mod properties;
 mod sensor;

@@ -45,8 +45,8 @@ impl Reader<'_> {
     }
 
     /// Returns the strength of a light by the name of its spectrum, times its scale.
-    fn strength(&self, parameters: &Parameters, name: &str, at: At) -> Result<DVec3, SceneError> {
-        let color = match parameters.spectrum(&self.tokens, name)? {
+    fn strength(&mut self, parameters: &Parameters, name: &str, at: At) -> Result<DVec3, SceneError> {
+        let color = match self.spectrum(parameters, name)? {
             None => DVec3::ONE,
             Some(spectrum) => match spectrum.light() {
                 Some(color) => color,
@@ -102,9 +102,9 @@ impl Reader<'_> {
     }
 
     fn infinite(&mut self, parameters: &Parameters, at: At) -> Result<(), SceneError> {
-        let site = self.tokens.site(at, "LightSource");
         match parameters.text(&self.tokens, "filename")? {
             Some(file) => {
+                let site = self.tokens.site(at, "LightSource");
                 let scale = parameters.number(&self.tokens, "scale", 1.0)?;
                 let image = self.assembly.float_image(file, &site)?;
                 if image.width != image.height {
@@ -117,7 +117,7 @@ impl Reader<'_> {
             }
             None => {
                 let radiance = self.strength(parameters, "L", at)?;
-                self.assembly.add_uniform_sky(radiance, &site)
+                self.assembly.add_uniform_sky(radiance, &self.tokens.site(at, "LightSource"))
             }
         }
     }

@@ -3,7 +3,8 @@
 use super::super::assembly::{
     Coating, Value, conductor, glass_surface, metal, plastic, roughness_of, thin_glass,
 };
-use super::parameters::{Parameters, Spectrum};
+use super::parameters::Parameters;
+use super::spectrum::Spectrum;
 use super::tokens::At;
 use super::{Reader, SceneError, shown};
 use crate::description::{Interface, Material, MetallicRoughness, Surface};
@@ -155,7 +156,7 @@ impl Reader<'_> {
 
     /// Returns the index of refraction of a dielectric.
     fn glass(&mut self, parameters: &Parameters, name: &str, at: At) -> Result<f64, SceneError> {
-        let ior = match parameters.spectrum(&self.tokens, name)? {
+        let ior = match self.spectrum(parameters, name)? {
             None => 1.5,
             Some(spectrum) => {
                 if let Spectrum::Samples(_) = spectrum {
@@ -187,17 +188,23 @@ impl Reader<'_> {
             return Ok((DVec3::ONE, k));
         }
         let copper = metal("Cu").unwrap_or_default();
-        let part = |name: &str, default: DVec3| match parameters.spectrum(&self.tokens, name)? {
-            None => Ok(default),
-            Some(spectrum) => match spectrum.metal() {
-                Some(part) => Ok(part),
-                None => {
-                    let message = format!("{name} has an unknown spectrum; state it as rgb");
-                    self.error(at, message)
-                }
-            },
-        };
-        Ok((part(&format!("{prefix}eta"), copper.0)?, part(&format!("{prefix}k"), copper.1)?))
+        let eta = self.metal_part(parameters, &format!("{prefix}eta"), copper.0, at)?;
+        Ok((eta, self.metal_part(parameters, &format!("{prefix}k"), copper.1, at)?))
+    }
+
+    /// Returns `eta` or `k` of a metal by the name of its parameter.
+    fn metal_part(
+        &mut self,
+        parameters: &Parameters,
+        name: &str,
+        default: DVec3,
+        at: At,
+    ) -> Result<DVec3, SceneError> {
+        let Some(spectrum) = self.spectrum(parameters, name)? else { return Ok(default) };
+        match spectrum.metal() {
+            Some(part) => Ok(part),
+            None => self.error(at, format!("{name} has an unknown spectrum; state it as rgb")),
+        }
     }
 
     /// Warns of what happens between the layers of a coated surface.

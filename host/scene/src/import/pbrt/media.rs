@@ -53,16 +53,20 @@ impl Reader<'_> {
             self.media.insert(name, None);
             return Ok(());
         }
-        let share = |name: &str, default: [f64; 3]| match parameters.spectrum(&self.tokens, name)? {
+        let mut share = |name: &str, default: [f64; 3]| match self.spectrum(parameters, name)? {
             None => Ok(DVec3::from(default)),
             Some(spectrum) => spectrum
                 .share()
                 .ok_or_else(|| self.tokens.error(at, format!("{name} has an unknown spectrum"))),
         };
+        let [absorbed, scattered, glow] = [
+            share("sigma_a", [0.0011, 0.0024, 0.014])?,
+            share("sigma_s", [2.55, 3.21, 3.77])?,
+            share("Le", [0.0; 3])?,
+        ];
         let scale = parameters.number(&self.tokens, "scale", 1.0)?;
-        let absorbed = share("sigma_a", [0.0011, 0.0024, 0.014])? * scale;
-        let scattered = share("sigma_s", [2.55, 3.21, 3.77])? * scale;
-        let glow = share("Le", [0.0; 3])? * parameters.number(&self.tokens, "Lescale", 1.0)?;
+        let (absorbed, scattered) = (absorbed * scale, scattered * scale);
+        let glow = glow * parameters.number(&self.tokens, "Lescale", 1.0)?;
         let anisotropy = parameters.number(&self.tokens, "g", 0.0)?.clamp(-0.99, 0.99);
         let extinction = absorbed + scattered;
         let albedo = DVec3::select(extinction.cmpgt(DVec3::ZERO), scattered / extinction, DVec3::ZERO);

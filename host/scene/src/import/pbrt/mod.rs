@@ -9,7 +9,9 @@ mod lights;
 mod materials;
 mod media;
 mod parameters;
+mod patches;
 mod shapes;
+mod spectrum;
 mod state;
 #[cfg(test)]
 mod tests;

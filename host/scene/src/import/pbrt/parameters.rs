@@ -1,7 +1,7 @@
 //! Parameters of directives: a list of types, names and values.
 
-use super::super::assembly::{blackbody, emitted, glass, metal, reflected};
 use super::super::source_location::shown;
+use super::spectrum::Spectrum;
 use super::tokens::{At, Token, Tokens, number};
 use crate::error::SceneError;
 use glam::DVec3;
@@ -50,19 +50,6 @@ pub struct Parameter {
 /// Parameters of a directive.
 #[derive(Clone, Debug, Default)]
 pub struct Parameters(Vec<Parameter>);
-
-/// A spectrum of a parameter.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Spectrum {
-    /// Red, green and blue, linear.
-    Rgb(DVec3),
-    /// Samples by wavelength in nanometres.
-    Samples(Vec<(f64, f64)>),
-    /// A black body by its temperature in kelvin.
-    Blackbody(f64),
-    /// A spectrum that has a name.
-    Named(String),
-}
 
 impl Parameters {
     /// Reads the parameters that follow.
@@ -239,14 +226,7 @@ impl Parameters {
                     ("rgb", &[r, g, b]) => Some(Spectrum::Rgb(DVec3::new(r, g, b))),
                     ("float", &[value]) => Some(Spectrum::Rgb(DVec3::splat(value))),
                     ("blackbody", &[kelvin]) => Some(Spectrum::Blackbody(kelvin)),
-                    ("spectrum", numbers) => {
-                        let samples: Vec<_> =
-                            numbers.chunks_exact(2).map(|pair| (pair[0], pair[1])).collect();
-                        let is_valid = numbers.len().is_multiple_of(2)
-                            && !samples.is_empty()
-                            && samples.windows(2).all(|pair| pair[0].0 < pair[1].0);
-                        is_valid.then_some(Spectrum::Samples(samples))
-                    }
+                    ("spectrum", numbers) => Spectrum::of_samples(numbers),
                     _ => None,
                 }
             }
@@ -260,56 +240,6 @@ impl Parameters {
             );
             tokens.error(parameter.at, message)
         })
-    }
-}
-
-impl Spectrum {
-    /// Returns the colour of a share of light; `None` for an unknown name.
-    pub fn share(&self) -> Option<DVec3> {
-        match self {
-            Self::Rgb(color) => Some(*color),
-            Self::Samples(samples) => Some(reflected(samples)),
-            Self::Blackbody(_) | Self::Named(_) => None,
-        }
-    }
-
-    /// Returns the colour of light; that of a spectrum has luminance 1. `None` for an unknown name.
-    pub fn light(&self) -> Option<DVec3> {
-        let unit = |color: DVec3| {
-            let luminance = color.dot(DVec3::new(0.2126, 0.7152, 0.0722));
-            (luminance > 0.0).then(|| color / luminance)
-        };
-        match self {
-            Self::Rgb(color) => Some(*color),
-            Self::Samples(samples) => unit(emitted(samples)),
-            Self::Blackbody(kelvin) => blackbody(*kelvin),
-            Self::Named(name) => match name.as_str() {
-                "stdillum-D65" => Some(DVec3::ONE),
-                "stdillum-A" => blackbody(2856.0),
-                "stdillum-D50" => blackbody(5003.0),
-                _ => None,
-            },
-        }
-    }
-
-    /// Returns the part of a conductor's index that the spectrum is: `eta` or `k`.
-    pub fn metal(&self) -> Option<DVec3> {
-        let Self::Named(name) = self else { return self.share() };
-        let (name, is_real) = match (name.strip_suffix("-eta"), name.strip_suffix("-k")) {
-            (Some(name), _) => (name, true),
-            (None, Some(name)) => (name, false),
-            (None, None) => return None,
-        };
-        let (eta, k) = metal(name.strip_prefix("metal-")?)?;
-        Some(if is_real { eta } else { k })
-    }
-
-    /// Returns the index of refraction that the spectrum is.
-    pub fn glass(&self) -> Option<f64> {
-        match self {
-            Self::Named(name) => glass(name),
-            other => other.share().map(|color| color.y),
-        }
     }
 }
 

@@ -1,8 +1,6 @@
 //! Shapes of pbrt.
 
-use super::super::assembly::{
-    Form, Item, Part, Value, grid, oriented, surface_of_revolution, turned_inside_out,
-};
+use super::super::assembly::{Form, Item, Part, Value, oriented, surface_of_revolution, turned_inside_out};
 use super::super::{gzip, ply};
 use super::parameters::Parameters;
 use super::tokens::At;
@@ -10,9 +8,6 @@ use super::{Reader, SceneError, shown};
 use crate::description::{Material, Mesh, Surface};
 use glam::{DAffine3, DVec3};
 use std::f64::consts::TAU;
-
-/// Cells along each side of a bilinear patch that is not flat.
-const PATCH: u32 = 16;
 
 /// Rows of a part of a sphere.
 const ROWS: u32 = 64;
@@ -199,7 +194,7 @@ impl Reader<'_> {
     }
 
     /// Returns vertices with normals and texture coordinates, and the point they are relative to.
-    fn vertices(&mut self, parameters: &Parameters, at: At) -> Result<(Mesh, DVec3), SceneError> {
+    pub fn vertices(&mut self, parameters: &Parameters, at: At) -> Result<(Mesh, DVec3), SceneError> {
         let exact = parameters.vectors(&self.tokens, "P")?;
         let normals = parameters.vectors(&self.tokens, "N")?;
         let name = if parameters.get("uv").is_some() { "uv" } else { "st" };
@@ -221,7 +216,7 @@ impl Reader<'_> {
     }
 
     /// Returns indices of vertices, `size` for each face.
-    fn indices(
+    pub fn indices(
         &self,
         parameters: &Parameters,
         (count, size): (usize, usize),
@@ -255,26 +250,6 @@ impl Reader<'_> {
         Ok((mesh, origin))
     }
 
-    /// Returns bilinear patches: a cell where they are flat, and a grid elsewhere.
-    fn patches(&mut self, parameters: &Parameters, at: At) -> Result<(Mesh, DVec3), SceneError> {
-        let (given, origin) = self.vertices(parameters, at)?;
-        let indices = self.indices(parameters, (given.positions.len(), 4), at)?;
-        let mut mesh = Mesh { name: "mesh".to_owned(), ..Mesh::default() };
-        for patch in indices.chunks_exact(4) {
-            let corners = [0, 1, 2, 3].map(|i| patch[i] as usize);
-            let points = corners.map(|corner| DVec3::from(given.positions[corner].map(f64::from)));
-            let cells = if is_flat(points) { 1 } else { PATCH };
-            let bytes =
-                super::super::mesh::bytes(u64::from((cells + 1).pow(2)), u64::from(2 * cells * cells));
-            self.assembly.budget.take(bytes, &self.tokens.site(at, "Shape"))?;
-            let normals = (!given.normals.is_empty())
-                .then(|| corners.map(|corner| DVec3::from(given.normals[corner].map(f64::from))));
-            let uvs = (!given.uvs.is_empty()).then(|| corners.map(|corner| given.uvs[corner]));
-            append(&mut mesh, &patch_grid(points, normals, uvs, cells));
-        }
-        Ok((mesh, origin))
-    }
-
     /// Returns the mesh of a PLY file, which may be compressed; a file is read once for each
     /// material.
     fn ply(&mut self, parameters: &Parameters, material: usize, at: At) -> Result<Vec<Item>, SceneError> {
@@ -302,48 +277,4 @@ impl Reader<'_> {
         self.models.insert(key, items.clone());
         Ok(items)
     }
-}
-
-/// Returns whether four corners are a parallelogram, of which two triangles are all.
-fn is_flat([a, b, c, d]: [DVec3; 4]) -> bool {
-    (a + d - b - c).length() <= 1e-6 * (d - a).length().max((c - b).length())
-}
-
-/// Returns the value of a bilinear patch, whose corners are at (0, 0), (1, 0), (0, 1) and (1, 1).
-fn bilinear([a, b, c, d]: [DVec3; 4], u: f64, v: f64) -> DVec3 {
-    (a * (1.0 - u) + b * u) * (1.0 - v) + (c * (1.0 - u) + d * u) * v
-}
-
-/// Returns the mesh of a bilinear patch.
-fn patch_grid(
-    points: [DVec3; 4],
-    normals: Option<[DVec3; 4]>,
-    uvs: Option<[[f32; 2]; 4]>,
-    cells: u32,
-) -> Mesh {
-    let [a, b, c, d] = points;
-    grid(cells, cells, |u, v| {
-        let along_u = (b - a) * (1.0 - v) + (d - c) * v;
-        let along_v = (c - a) * (1.0 - u) + (d - b) * u;
-        let normal = match normals {
-            Some(normals) => bilinear(normals, u, v),
-            None => along_u.cross(along_v).normalize_or(DVec3::Z),
-        };
-        let uv = match uvs {
-            Some(uvs) => bilinear(uvs.map(|[u, v]| DVec3::new(f64::from(u), f64::from(v), 0.0)), u, v)
-                .truncate()
-                .as_vec2(),
-            None => glam::DVec2::new(u, 1.0 - v).as_vec2(),
-        };
-        (bilinear(points, u, v), normal, uv.into())
-    })
-}
-
-/// Appends a mesh with normals and texture coordinates to another one.
-fn append(mesh: &mut Mesh, part: &Mesh) {
-    let first = mesh.positions.len() as u32;
-    mesh.positions.extend_from_slice(&part.positions);
-    mesh.normals.extend_from_slice(&part.normals);
-    mesh.uvs.extend_from_slice(&part.uvs);
-    mesh.triangles.extend(part.triangles.iter().map(|corners| corners.map(|corner| first + corner)));
 }

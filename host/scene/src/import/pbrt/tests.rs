@@ -160,6 +160,22 @@ fn materials_map_to_surfaces() {
     assert_eq!(surface(named), Lambertian::rgb(0.0, 0.0, 0.0).into());
 }
 
+/// A spectrum may be in a file.
+#[test]
+fn spectra_are_read_from_files() {
+    let files = [("g.spd", b"# reflectance\n300 0.25\n900 0.25\n".to_vec())];
+    let shape = |name: &str| {
+        format!(
+            "{CAMERA}WorldBegin Material \"diffuse\" \"spectrum reflectance\" \"{name}\" Shape \"sphere\""
+        )
+    };
+    let scene = read_with(&shape("g.spd"), &files).unwrap().0;
+    let Surface::Lambertian(grey) = &scene.materials[0].surface else { panic!() };
+    assert!((grey.albedo - 0.25).length() < 1e-9, "{}", grey.albedo);
+    let wrong = [("g.spd", b"300 0.25\n200 0.25\n".to_vec())];
+    assert!(read_with(&shape("g.spd"), &wrong).unwrap_err().to_string().contains("ascending wavelengths"));
+}
+
 #[test]
 fn shapes_are_read() {
     let scene = world(

@@ -2,7 +2,8 @@
 
 use super::super::assembly::Value;
 use super::parameters::Parameters;
-use super::tokens::At;
+use super::spectrum::Spectrum;
+use super::tokens::{At, number};
 use super::{Reader, SceneError, shown};
 use crate::description::{Filter, TextureUse, Wrap};
 use glam::{DAffine2, DVec2, DVec3};
@@ -58,7 +59,7 @@ impl Reader<'_> {
 
     /// Returns a value: a texture by its name, a spectrum or a number.
     pub fn value(
-        &self,
+        &mut self,
         parameters: &Parameters,
         name: &str,
         default: f64,
@@ -69,7 +70,7 @@ impl Reader<'_> {
 
     /// Returns a value as [`Self::value`] does; `None` without the parameter.
     pub fn optional_value(
-        &self,
+        &mut self,
         parameters: &Parameters,
         name: &str,
         is_number: bool,
@@ -86,11 +87,31 @@ impl Reader<'_> {
                 }
             };
         }
-        let Some(spectrum) = parameters.spectrum(&self.tokens, name)? else { return Ok(None) };
+        let Some(spectrum) = self.spectrum(parameters, name)? else { return Ok(None) };
         match spectrum.share() {
             Some(color) if color.min_element() >= 0.0 => Ok(Some(Value::Constant(color))),
             Some(_) => self.error(at, format!("{name} must not be negative")),
             None => self.error(at, format!("{name} is no spectrum of a share of light")),
+        }
+    }
+
+    /// Returns a spectrum by its name; one that is in a file is read from it.
+    pub fn spectrum(&mut self, parameters: &Parameters, name: &str) -> Result<Option<Spectrum>, SceneError> {
+        let found = parameters.spectrum(&self.tokens, name)?;
+        let Some(Spectrum::Named(file)) = found.as_ref().filter(|spectrum| spectrum.is_file()) else {
+            return Ok(found);
+        };
+        let at = parameters.get(name).map_or(self.tokens.at, |parameter| parameter.at);
+        let bytes = self.assembly.read(file, &self.tokens.site(at, "the spectrum"))?;
+        let text = String::from_utf8_lossy(&bytes);
+        let lines = text.lines().map(|line| line.split('#').next().unwrap_or_default());
+        let numbers: Option<Vec<f64>> = lines.flat_map(str::split_whitespace).map(number).collect();
+        match numbers.and_then(|numbers| Spectrum::of_samples(&numbers)) {
+            Some(spectrum) => Ok(Some(spectrum)),
+            None => {
+                let message = format!("\"{}\" must hold ascending wavelengths and values", shown(file));
+                self.error(at, message)
+            }
         }
     }
 
