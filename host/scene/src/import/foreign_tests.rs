@@ -27,7 +27,7 @@ fn mutate_scene(file: &[u8], files: &[(&'static str, Vec<u8>)], rounds: usize, p
             usable += 1;
             // Large images take long, and are those of other tests.
             let is_small =
-                round % 4 == 1 && description.sky.as_ref().and_then(|sky| sky.panorama()).is_none();
+                round % 8 == 1 && description.sky.as_ref().and_then(|sky| sky.panorama()).is_none();
             if is_small {
                 let document = SceneDocument::of_foreign_scene(description, image, "test").unwrap();
                 tried += 1;
@@ -54,7 +54,7 @@ fn mutations_of_pbrt_do_not_panic() {
         ("a.png", png(2, 1, &[[1, 2, 3, 4], [200, 100, 50, 255]])),
         ("m.ply", triangle()),
     ];
-    mutate_scene(PBRT.as_bytes(), &files, 1000, pbrt::parse);
+    mutate_scene(PBRT.as_bytes(), &files, 400, pbrt::parse);
 }
 
 #[test]
@@ -65,7 +65,7 @@ fn mutations_of_mitsuba_do_not_panic() {
         ("a.png", png(2, 1, &[[1, 2, 3, 4], [200, 100, 50, 255]])),
         ("m.ply", triangle()),
     ];
-    mutate_scene(MITSUBA.as_bytes(), &files, 1000, mitsuba::parse);
+    mutate_scene(MITSUBA.as_bytes(), &files, 400, mitsuba::parse);
 }
 
 /// A pbrt scene with one of each construct.
