@@ -195,7 +195,11 @@ impl Reader<'_, '_> {
         }
         let mut material = match bsdf {
             Some(bsdf) => self.bsdf(bsdf, 0)?,
-            None => Material::new(Value::number(0.5).into()).named("diffuse"),
+            // A light without a material reflects nothing.
+            None => {
+                let reflectance = if emitter.is_some() { 0.0 } else { 0.5 };
+                Material::new(Value::number(reflectance).into()).named("diffuse")
+            }
         };
         if let Some(emitter) = emitter {
             self.area_light(emitter, &mut material)?;

@@ -223,6 +223,8 @@ fn lights_are_read() {
     assert!(inner > 15f64.to_radians() && inner < outer && (outer - 20f64.to_radians()).abs() < 1e-12);
     assert!(matches!(scene.sky, Some(Sky::Gradient { bottom, .. }) if bottom == DVec3::splat(0.5)));
     assert_eq!(scene.materials[0].emission, DVec3::splat(3.0));
+    // As in Mitsuba, a light without a material is black.
+    assert_eq!(scene.materials[0].surface, Lambertian::rgb(0.0, 0.0, 0.0).into());
 }
 
 #[test]
