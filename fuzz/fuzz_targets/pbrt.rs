@@ -1,5 +1,5 @@
-//! Fuzz target: scenes of pbrt-v4. After the first byte 0 stands the file `b.pbrt`, which the scene may
-//! include; `a.png`, `m.obj`, `m.ply` and `s.pfm` are always there.
+//! Fuzz target: scenes of pbrt-v4. After the first byte 0 stands the file `b.pbrt`, which the scene
+//! may include; `a.png`, `m.obj`, `m.ply` and `s.pfm` are always there.
 
 #![no_main]
 

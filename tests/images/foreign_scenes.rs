@@ -121,7 +121,7 @@ fn instances_through_a_lens() {
     check("instances", 256, 1e-4, &[("2 % brighter", brighter), ("pinhole", sharp)]);
 }
 
-/// The same scene in both formats has the same image.
+/// A scene in both formats has one image.
 #[test]
 fn pbrt_scenes_are_those_of_mitsuba() {
     for name in ["cornell_box", "materials"] {

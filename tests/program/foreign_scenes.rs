@@ -44,7 +44,7 @@ AttributeEnd
 Translate 0 0 10 Shape "disk" "float radius" 30
 "#;
 
-/// The same scene.
+/// That scene in the format of Mitsuba.
 const MITSUBA: &str = r#"<scene version="3.0.0">
 <sensor type="perspective"><float name="fov" value="90"/><string name="fov_axis" value="y"/>
 <transform name="to_world"><lookat origin="0,0,0" target="0,0,1" up="0,1,0"/></transform>

@@ -1,7 +1,7 @@
 //! Scenes: reading, validation and device records.
 //!
-//! A reader (RON in `format`, models and scenes of other renderers in [`import`]) makes a [`description::Description`], and
-//! `lower` makes a [`Scene`] of device records from it.
+//! A reader (RON in `format`, models and scenes of other renderers in [`import`]) makes a
+//! [`description::Description`], and `lower` makes a [`Scene`] of device records from it.
 
 pub mod alias;
 mod animated_scene;

@@ -278,7 +278,7 @@ impl<T> Surface<T> {
         })
     }
 
-    /// Returns the place of the texture of the surface's colour; `None` for surfaces that have none.
+    /// Returns the texture slot of the surface's colour; `None` for surfaces that have none.
     pub(crate) fn base_texture_mut(&mut self) -> Option<&mut Option<T>> {
         match self {
             Self::Lambertian(lambertian) => Some(&mut lambertian.texture),

@@ -77,7 +77,8 @@ impl<'f> Assembly<'f> {
         }
     }
 
-    /// Warns once of a feature that is not rendered as the file states. `instead` says what is done.
+    /// Warns once of a feature that is not rendered as the file states; `instead` says what is
+    /// done.
     pub fn unsupported(&mut self, feature: &str, instead: &str, site: &SourceLocation) {
         if self.reported.len() < 1000 && self.reported.insert(feature.to_owned()) {
             let SourceLocation { file, place } = site;

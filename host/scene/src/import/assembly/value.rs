@@ -8,7 +8,7 @@ use trisect_image::metrics::srgb;
 /// A value of a material's parameter; a number is a grey colour.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
-    /// The same everywhere.
+    /// A colour that is the same everywhere.
     Constant(DVec3),
     /// An image times a factor.
     Image { texture: TextureUse, scale: DVec3 },

@@ -9,7 +9,7 @@ use glam::{DAffine2, DAffine3, DMat2, DVec2, DVec3};
 use std::rc::Rc;
 use trisect_image::metrics::srgb;
 
-/// What a spectrum is of: its colour depends on that.
+/// Kind of quantity that a spectrum describes: its colour depends on that.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
     /// A share of light, seen in daylight.

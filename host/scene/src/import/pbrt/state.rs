@@ -10,7 +10,7 @@ use std::rc::Rc;
 /// Maximum number of states that are saved at a time.
 const MAX_SAVED: usize = 1024;
 
-/// What directives set for those that follow.
+/// Graphics state: settings of directives for those that follow.
 #[derive(Clone, Debug, Default)]
 pub struct State {
     /// Map from the current coordinates to the world; before the world begins, from the world to
