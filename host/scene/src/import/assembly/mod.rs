@@ -56,6 +56,8 @@ pub(super) struct Assembly<'f> {
     pub world: DAffine3,
     /// Features that were reported.
     reported: HashSet<String>,
+    /// Names of the models that extended the budget.
+    models: HashSet<String>,
     /// Meshes of analytic shapes that cannot be analytic where they stand.
     forms: HashMap<form::Key, Option<usize>>,
 }
@@ -73,6 +75,7 @@ impl<'f> Assembly<'f> {
             settings: ImageSettings { width, height, samples, depth, fresnel: Fresnel::Exact },
             world: DAffine3::IDENTITY,
             reported: HashSet::new(),
+            models: HashSet::new(),
             forms: HashMap::new(),
         }
     }
@@ -83,6 +86,13 @@ impl<'f> Assembly<'f> {
         if self.reported.len() < 1000 && self.reported.insert(feature.to_owned()) {
             let SourceLocation { file, place } = site;
             self.warnings.once(format!("{feature}: {instead} ({file}: {place})"));
+        }
+    }
+
+    /// Extends the budget for a model of `bytes` bytes, unless it has done so before.
+    pub fn extend_budget(&mut self, name: &str, bytes: usize) {
+        if self.models.insert(name.to_owned()) {
+            self.budget.extend(bytes);
         }
     }
 

@@ -45,9 +45,7 @@ impl Reader<'_, '_> {
             return Ok(moved.collect());
         }
         let bytes = self.assembly.read(name, &site)?;
-        if !self.models.keys().any(|known| known.0 == name) {
-            self.assembly.budget.extend(bytes.len());
-        }
+        self.assembly.extend_budget(name, bytes.len());
         let read = if is_obj { obj::parse(&bytes, name, &mut Empty)? } else { ply::parse(&bytes, name)? };
         let Description { meshes, instances, warnings, .. } = read;
         self.assembly.add_warnings(&warnings, name);

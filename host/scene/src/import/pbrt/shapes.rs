@@ -262,9 +262,7 @@ impl Reader<'_> {
         }
         let site = self.tokens.site(at, "Shape");
         let bytes = self.assembly.read(file, &site)?;
-        if !self.models.keys().any(|known| known.0 == file) {
-            self.assembly.budget.extend(bytes.len());
-        }
+        self.assembly.extend_budget(file, bytes.len());
         let bytes = gzip::decompressed(bytes, &mut self.assembly.budget, &site)?;
         let read = ply::parse(&bytes, file)?;
         self.assembly.add_warnings(&read.warnings, file);
