@@ -12,7 +12,7 @@ use trisect::lights::Lights;
 use trisect::scene::description::{Description, Texels};
 use trisect::scene::import::{Files, ModelOptions};
 use trisect::scene::{
-    EnvironmentSource, Rebase, Scene, SceneDocument, SceneError, Sharing, Sun, Surroundings,
+    EnvironmentSource, ImageSettings, Rebase, Scene, SceneDocument, SceneError, Sharing, Sun, Surroundings,
 };
 
 /// Maximum number of triangles of a model that is lowered to a scene. Here and below: a few bytes
@@ -39,6 +39,44 @@ impl Files for Same<'_> {
             return Err(ErrorKind::FileTooLarge.into());
         }
         Ok(self.0.to_vec())
+    }
+}
+
+/// Files beside a scene of another renderer: `b.pbrt` and `b.xml` are the second part of an input,
+/// the others are the same for all inputs.
+pub struct Beside<'a>(pub &'a [u8]);
+
+impl Files for Beside<'_> {
+    fn read(&mut self, path: &str, limit: u64) -> Result<Vec<u8>> {
+        let bytes: &[u8] = match path {
+            "b.pbrt" | "b.xml" => self.0,
+            "a.png" => include_bytes!("../../scenes/gltf/features_tiles.png"),
+            "m.obj" => b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1\n",
+            "m.ply" => include_bytes!("../corpus/ply/ascii.ply"),
+            "s.pfm" => b"PF\n1 1\n-1\n\0\0\0\x3f\0\0\0\x3f\0\0\0\x3f",
+            _ => return Err(ErrorKind::NotFound.into()),
+        };
+        if bytes.len() as u64 > limit { Err(ErrorKind::FileTooLarge.into()) } else { Ok(bytes.to_vec()) }
+    }
+}
+
+/// Splits an input at its first byte 0.
+pub fn parts(bytes: &[u8]) -> (&[u8], &[u8]) {
+    let mut parts = bytes.splitn(2, |byte| *byte == 0);
+    (parts.next().unwrap_or_default(), parts.next().unwrap_or_default())
+}
+
+/// Checks what a reader of scenes of other renderers guarantees, and builds the scene if it is
+/// small.
+pub fn foreign_scene(
+    read: std::result::Result<(Description, ImageSettings), SceneError>,
+    choices: &Choices,
+) {
+    let Ok((description, image)) = read else { return };
+    promises(&description);
+    if has_few_triangles(&description) {
+        let document = SceneDocument::of_foreign_scene(description, image, "fuzz");
+        scene(document.and_then(|document| choices.lower(document)));
     }
 }
 

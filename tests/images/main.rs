@@ -11,6 +11,7 @@ mod estimators;
 mod every_scene;
 mod film_bits;
 mod flip;
+mod foreign_scenes;
 mod grown_film;
 mod guides;
 mod layers;

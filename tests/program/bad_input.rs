@@ -393,9 +393,10 @@ fn a_scene_names_files_of_its_own_folder() {
 fn formats_and_numbers_that_are_none() {
     let folder = folder("none");
     let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
-    std::fs::write(file("m.pbrt"), "WorldBegin\n").unwrap();
-    for name in ["m.pbrt", "not-there.pbrt"] {
-        let words = [name, "unknown scene format", ".ron, .gltf"];
+    std::fs::write(file("m.blend"), "BLENDER\n").unwrap();
+    for name in ["m.blend", "not-there.blend"] {
+        let words =
+            [name, "unknown format .blend; readable: .ron, .gltf, .glb, .obj, .ply, .stl, .pbrt, .xml"];
         fails(&["render", &file(name), "-o", &file("a.png")], 4, &words);
         fails(&["check", &file(name)], 4, &words);
     }

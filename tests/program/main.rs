@@ -11,6 +11,7 @@ mod command_line;
 mod compare_page;
 mod docs;
 mod fallback;
+mod foreign_scenes;
 mod image_files;
 mod killed;
 mod lost_context;

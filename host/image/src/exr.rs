@@ -9,8 +9,7 @@ use exr::meta::BlockDescription;
 use exr::meta::attribute::Text;
 use exr::meta::header::Header;
 use exr::prelude::{ReadChannels, ReadLayers, read};
-use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufReader, Read, Seek};
 
 /// Bytes of memory that the reader keeps for each chunk: its offset and its position.
 const CHUNK: u64 = 128;
@@ -19,7 +18,7 @@ const CHUNK: u64 = 128;
 const CHUNK_IN_FILE: u64 = 16;
 
 /// Reads an EXR file. Pixels of the display window that the layer lacks are black.
-pub(super) fn read_file(bounds: &Bounds, file: File) -> Result<Image, ImageError> {
+pub(super) fn read_file(bounds: &Bounds, file: impl Read + Seek) -> Result<Image, ImageError> {
     let codec = |message: String| ImageError::Codec { path: bounds.path.to_owned(), message };
     let failed = |error: exr::error::Error| match error {
         exr::error::Error::Io(source) => ImageError::Io { path: bounds.path.to_owned(), source },
@@ -64,9 +63,9 @@ fn has_rgb(header: &Header) -> bool {
 }
 
 /// Refuses a file whose headers claim more than the file or the memory can hold.
-fn check(
+fn check<R: Read + Seek>(
     bounds: &Bounds,
-    reader: &Reader<BufReader<File>>,
+    reader: &Reader<BufReader<R>>,
     (width, height): (u64, u64),
 ) -> Result<(), ImageError> {
     let sizes = || reader.headers().iter().map(|header| header.layer_size);

@@ -11,8 +11,7 @@ use crate::metrics::srgb;
 use crate::output::{Format, pfm};
 use bounds::{Bounds, Demand};
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
-use std::fs::File;
-use std::io::{self, BufReader, ErrorKind, Read, Seek};
+use std::io::{self, BufReader, Cursor, ErrorKind, Read, Seek};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 use trisect_system::input;
@@ -155,10 +154,30 @@ impl Image {
     /// [`ImageError`], before memory is allocated for pixels that the file or the memory cannot
     /// hold.
     pub fn read(path: &Path) -> Result<Self, ImageError> {
-        let format = Format::of(path)?;
         let io = |source| ImageError::Io { path: path.to_owned(), source };
-        let mut file = input::open(path).map_err(io)?;
+        let format = Format::of(path)?;
+        let file = input::open(path).map_err(io)?;
         let length = file.metadata().map_err(io)?.len();
+        Self::read_from(file, length, format, path)
+    }
+
+    /// Reads the bytes of a PNG, EXR, HDR or PFM file, by the extension of its name.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Self::read`].
+    pub fn decode(bytes: &[u8], name: &Path) -> Result<Self, ImageError> {
+        Self::read_from(Cursor::new(bytes), bytes.len() as u64, Format::of(name)?, name)
+    }
+
+    /// Reads an image of `length` bytes; `path` stands for it in messages.
+    fn read_from(
+        mut file: impl Read + Seek,
+        length: u64,
+        format: Format,
+        path: &Path,
+    ) -> Result<Self, ImageError> {
+        let io = |source| ImageError::Io { path: path.to_owned(), source };
         let bounds = Bounds { path, length, free: memory::available() };
         match format {
             Format::Pfm => read_pfm(&bounds, file),
@@ -186,7 +205,12 @@ const MIN_OF_PIXEL: u64 = 24;
 
 /// Decodes a file by the image library, which may allocate `largest` bytes for pixels
 /// and other data of the file.
-fn decode(bounds: &Bounds, file: File, format: ImageFormat, largest: u64) -> Result<Image, ImageError> {
+fn decode(
+    bounds: &Bounds,
+    file: impl Read + Seek,
+    format: ImageFormat,
+    largest: u64,
+) -> Result<Image, ImageError> {
     let codec = |error: image::ImageError| match error {
         image::ImageError::IoError(source) if source.kind() == ErrorKind::UnexpectedEof => {
             ImageError::Codec { path: bounds.path.to_owned(), message: "the file is cut off".to_owned() }
@@ -219,7 +243,7 @@ fn decode(bounds: &Bounds, file: File, format: ImageFormat, largest: u64) -> Res
 }
 
 /// Reads a portable float map (PFM). Its length decides how much memory it takes.
-fn read_pfm(bounds: &Bounds, file: File) -> Result<Image, ImageError> {
+fn read_pfm(bounds: &Bounds, file: impl Read) -> Result<Image, ImageError> {
     let Bounds { path, length, free } = *bounds;
     // The bytes of the file, and its pixels: three channels, even if the file has one.
     let needed = length.saturating_mul(4);

@@ -56,6 +56,11 @@ impl AnimatedScene {
         let content = match Source::open(path)? {
             Source::Model => Content::Model { path: path.to_owned(), additions: None },
             Source::File(text) => Content::File(text),
+            Source::Foreign => {
+                let message =
+                    "animations of scenes of other renderers are not read; render one image of it".to_owned();
+                return Err(SceneError::Inconsistent { file: name, message });
+            }
         };
         let library = Library::new(folder.clone(), options.clone());
         let sky = surroundings

@@ -1,7 +1,19 @@
 //! Errors of reading a scene: the problem, its place and a remedy.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use thiserror::Error;
+
+/// Returns a path's extension with its dot, for messages.
+fn extension(path: &Path) -> String {
+    path.extension().map_or_else(|| "without an extension".to_owned(), |name| format!(".{}", name.display()))
+}
+
+/// Returns the page of the scene format's reference that describes a file.
+fn page(file: &str) -> &'static str {
+    let extension = Path::new(file).extension().unwrap_or_default();
+    let is_foreign = ["pbrt", "xml"].iter().any(|name| extension.eq_ignore_ascii_case(name));
+    if is_foreign { "pbrt-and-mitsuba.md" } else { "README.md" }
+}
 
 /// An error that makes a scene unusable.
 #[derive(Debug, Error)]
@@ -17,7 +29,8 @@ pub enum SceneError {
     /// The text is not a scene: a syntax error, an unknown field, a value out of range or an
     /// unknown material.
     #[error(
-        "{file}:{line}:{column}: {message}\n{excerpt}\n  see docs/reference/scene-format/README.md for the format"
+        "{file}:{line}:{column}: {message}\n{excerpt}\n  see docs/reference/scene-format/{} for the format",
+        page(file)
     )]
     Invalid {
         /// Path of the file, or the name that stands for it.
@@ -40,7 +53,7 @@ pub enum SceneError {
         message: String,
     },
     /// The extension is not that of a scene or model format.
-    #[error("{}: unknown scene format; use .ron, .gltf, .glb, .obj, .ply or .stl", path.display())]
+    #[error("{}: unknown format {}; readable: .ron, .gltf, .glb, .obj, .ply, .stl, .pbrt, .xml", path.display(), extension(path))]
     UnknownFormat {
         /// Path of the file.
         path: PathBuf,

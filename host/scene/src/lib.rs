@@ -1,7 +1,7 @@
 //! Scenes: reading, validation and device records.
 //!
-//! A reader (RON in `format`, models in [`import`]) makes a [`description::Description`], and
-//! `lower` makes a [`Scene`] of device records from it.
+//! A reader (RON in `format`, models and scenes of other renderers in [`import`]) makes a
+//! [`description::Description`], and `lower` makes a [`Scene`] of device records from it.
 
 pub mod alias;
 mod animated_scene;
@@ -156,7 +156,8 @@ fn may_be_pane(material: &Material) -> bool {
 }
 
 impl Scene {
-    /// Reads a scene file, or a model (`.gltf`, `.glb`, `.obj`, `.ply`, `.stl`). A model without a
+    /// Reads a scene file, a scene of pbrt or Mitsuba (`.pbrt`, `.xml`), or a model (`.gltf`,
+    /// `.glb`, `.obj`, `.ply`, `.stl`). A model without a
     /// camera gets one that shows all of it, a model whose own lights do not carry the image gets
     /// the light of a studio, and a model with neither gets a ground.
     pub fn load(path: &Path) -> Result<Self, SceneError> {

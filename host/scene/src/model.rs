@@ -90,6 +90,12 @@ impl Additions {
     }
 }
 
+/// Returns a camera that shows all of a scene.
+pub(super) fn view_of_all(scene: &Description) -> CameraPose {
+    let (center, radius) = Extent::of(scene).ball();
+    camera_for(center, radius)
+}
+
 /// Gives a model what it lacks; `surroundings` override it.
 ///
 /// # Errors
@@ -148,9 +154,19 @@ impl Extent {
             boxes.points(model, instance, is_large).for_each(&mut add);
         }
         for shape in &model.shapes {
-            if let ShapeKind::Sphere { center, radius } = shape.kind {
-                add(center - radius);
-                add(center + radius);
+            match shape.kind {
+                ShapeKind::Sphere { center, radius } => {
+                    add(center - radius);
+                    add(center + radius);
+                }
+                ShapeKind::Quad { corner, u, v } => {
+                    [corner, corner + u, corner + v, corner + u + v].into_iter().for_each(&mut add);
+                }
+                ShapeKind::Disc { center, radius, .. } if !shape.kind.is_plane() => {
+                    add(center - radius);
+                    add(center + radius);
+                }
+                ShapeKind::Disc { .. } => {}
             }
         }
         Self { low, high }

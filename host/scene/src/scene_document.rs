@@ -66,7 +66,7 @@ impl Loader for FromDisk<'_> {
 }
 
 impl SceneDocument {
-    /// Reads a scene file, or a model; see [`Scene::load`].
+    /// Reads a scene file, a model, or a scene of another renderer; see [`Scene::load`].
     pub fn load(path: &Path) -> Result<Self, SceneError> {
         Self::load_including(path, Includes::Below, &ModelOptions::default())
     }
@@ -104,6 +104,10 @@ impl SceneDocument {
                 let model = import::load_below(path, options, &folder)?;
                 let document = Self::from_model_in_surroundings(model, &name, surroundings)?;
                 Ok(Self { options: options.clone(), ..document })
+            }
+            Source::Foreign => {
+                let (description, image) = import::load_foreign_scene(path, &folder)?;
+                Self::of_foreign_scene(description, image, &name)?.surrounded(surroundings)
             }
             Source::File(text) => Self::read(&text, &name, &folder, options)?.surrounded(surroundings),
         }
@@ -158,6 +162,34 @@ impl SceneDocument {
     ) -> Result<Self, SceneError> {
         let completed = model::complete(model, surroundings)?;
         Ok(Self::of_model(completed, name, surroundings))
+    }
+
+    /// Returns the scene of another renderer's file. Without a camera it gets a view of all of it,
+    /// and nothing else is added.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError`] for a camera that cannot be chosen.
+    pub fn of_foreign_scene(
+        mut description: Description,
+        image: ImageSettings,
+        name: &str,
+    ) -> Result<Self, SceneError> {
+        let mut notes = std::mem::take(&mut description.notes);
+        if description.cameras.is_empty() {
+            description.cameras.push(("all".to_owned(), model::view_of_all(&description)));
+            notes.push("no camera: the view shows all of the scene".to_owned());
+        }
+        Ok(Self {
+            name: name.to_owned(),
+            description,
+            image,
+            space: Rebase::IDENTITY,
+            notes,
+            options: ModelOptions::default(),
+            sharing: Sharing::Auto,
+            surroundings: Surroundings::default(),
+        })
     }
 
     /// Returns the scene of a model that was completed with these surroundings.

@@ -9,6 +9,8 @@ use trisect_system::input;
 pub(super) enum Source {
     /// A model, which an importer reads.
     Model,
+    /// A scene of another renderer, which an importer reads.
+    Foreign,
     /// Text of a scene file.
     File(String),
 }
@@ -24,6 +26,9 @@ impl Source {
     pub fn open(path: &Path) -> Result<Self, SceneError> {
         if import::is_model(path) {
             return Ok(Self::Model);
+        }
+        if import::is_foreign_scene(path) {
+            return Ok(Self::Foreign);
         }
         if path.extension().is_some_and(|extension| !extension.eq_ignore_ascii_case("ron")) {
             return Err(SceneError::UnknownFormat { path: path.to_owned() });
@@ -66,6 +71,9 @@ mod tests {
         }
         for name in ["a.gltf", "a.GLB", "a.obj", "a.ply", "a.stl"] {
             assert!(matches!(Source::open(Path::new(name)), Ok(Source::Model)), "{name}");
+        }
+        for name in ["a.pbrt", "a.XML"] {
+            assert!(matches!(Source::open(Path::new(name)), Ok(Source::Foreign)), "{name}");
         }
     }
 }

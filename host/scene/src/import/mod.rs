@@ -1,4 +1,5 @@
-//! Readers of models: glTF 2.0, Wavefront OBJ, PLY and STL.
+//! Readers of models: glTF 2.0, Wavefront OBJ, PLY and STL; and of scenes of other renderers:
+//! pbrt-v4 and Mitsuba 3.
 //!
 //! Each reader turns bytes into a [`Description`] and takes other files through [`Files`]. A
 //! violation of the format is an error that names the place. An unsupported feature is a warning
@@ -8,15 +9,21 @@
 //! takes at most 64 times the bytes read plus 64 MiB, 17 times as much if they are compressed, and
 //! it stands for at most 2^30 triangles.
 
+mod assembly;
 mod budget;
 mod files;
+#[cfg(test)]
+mod foreign_tests;
 pub mod gltf;
+mod gzip;
 mod images;
 mod mesh;
+pub mod mitsuba;
 pub mod obj;
 mod open_model;
 mod options;
 mod origin;
+pub mod pbrt;
 pub mod ply;
 mod source_location;
 pub mod stl;
@@ -32,6 +39,7 @@ pub use options::ModelOptions;
 
 use super::description::{Description, TextureImage};
 use super::error::SceneError;
+use crate::ImageSettings;
 use images::Curve;
 use source_location::SourceLocation;
 use std::path::Path;
@@ -48,6 +56,38 @@ fn reader(path: &Path) -> Option<Parse> {
         "stl" => Some(|bytes, name, _, _| stl::parse(bytes, name)),
         _ => None,
     }
+}
+
+/// A reader of scenes: returns the image settings, too.
+type ParseScene = fn(&[u8], &str, &mut dyn Files) -> Result<(Description, ImageSettings), SceneError>;
+
+/// Returns the reader of scenes for a file's extension, in upper or lower case.
+fn scene_reader(path: &Path) -> Option<ParseScene> {
+    match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
+        "pbrt" => Some(pbrt::parse),
+        "xml" => Some(mitsuba::parse),
+        _ => None,
+    }
+}
+
+/// Returns whether a path's extension is that of a scene of another renderer.
+pub fn is_foreign_scene(path: &Path) -> bool {
+    scene_reader(path).is_some()
+}
+
+/// Reads a scene of pbrt-v4 (`.pbrt`) or Mitsuba 3 (`.xml`), and the files in `folder` that it
+/// names.
+///
+/// # Errors
+///
+/// Those of [`load`].
+pub fn load_foreign_scene(path: &Path, folder: &Folder) -> Result<(Description, ImageSettings), SceneError> {
+    let parse = scene_reader(path).ok_or_else(|| SceneError::UnknownFormat { path: path.to_owned() })?;
+    let bytes = files::read_whole(path)?;
+    let mut folder = folder.clone();
+    let (mut description, settings) = parse(&bytes, &path.display().to_string(), &mut folder)?;
+    description.files.extend(folder.into_read());
+    Ok((description, settings))
 }
 
 /// Returns whether [`load`] reads files with this path's extension.
@@ -77,13 +117,24 @@ pub fn load(path: &Path, options: &ModelOptions) -> Result<Description, SceneErr
 ///
 /// Those of [`load`].
 pub fn load_below(path: &Path, options: &ModelOptions, folder: &Folder) -> Result<Description, SceneError> {
-    let parse = reader(path).ok_or_else(|| SceneError::UnknownFormat { path: path.to_owned() })?;
+    let parse = reader(path).ok_or_else(|| not_a_model(path))?;
     let bytes = files::read_whole(path)?;
     let mut folder = folder.beside(path);
     let mut description = parse(&bytes, &path.display().to_string(), options, &mut folder)?;
     description.files.push(path.to_owned());
     description.files.extend(folder.into_read());
     Ok(description)
+}
+
+/// Returns the error for a file that no reader of models reads.
+fn not_a_model(path: &Path) -> SceneError {
+    if !is_foreign_scene(path) {
+        return SceneError::UnknownFormat { path: path.to_owned() };
+    }
+    SceneError::Inconsistent {
+        file: path.display().to_string(),
+        message: "this is a scene, not a model; render it by itself".to_owned(),
+    }
 }
 
 /// Reads a PNG, JPEG, WebP or KTX2 file as an image for textures; its colours are sRGB-encoded

@@ -11,7 +11,7 @@ use glam::DVec3;
 use std::path::Path;
 
 /// Checks the invariants of a description.
-fn check(description: &Description) {
+pub(super) fn check(description: &Description) {
     for mesh in &description.meshes {
         let vertices = mesh.positions.len();
         assert!(mesh.material < description.materials.len());

@@ -278,6 +278,15 @@ impl<T> Surface<T> {
         })
     }
 
+    /// Returns the texture slot of the surface's colour; `None` for surfaces that have none.
+    pub(crate) fn base_texture_mut(&mut self) -> Option<&mut Option<T>> {
+        match self {
+            Self::Lambertian(lambertian) => Some(&mut lambertian.texture),
+            Self::MetallicRoughness(m) => Some(&mut m.texture),
+            _ => None,
+        }
+    }
+
     /// Returns the index of refraction of clear glass; `None` for other surfaces.
     pub fn glass_ior(&self) -> Option<f64> {
         match *self {
@@ -289,7 +298,7 @@ impl<T> Surface<T> {
     }
 
     /// Returns whether light passes the surface, if it is opaque.
-    pub(super) fn transmits(&self) -> bool {
+    pub(crate) fn transmits(&self) -> bool {
         match self {
             Self::Dielectric(_) | Self::RoughDielectric(_) | Self::Interface(_) => true,
             Self::MetallicRoughness(m) => m.transmission > 0.0 || m.layers.diffuse_transmission.is_some(),

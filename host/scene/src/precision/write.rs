@@ -5,8 +5,8 @@ use crate::description::{Ground, PunctualLight, Sky, SunSky};
 use crate::import::ModelOptions;
 use crate::values::point_text;
 use crate::{
-    CameraPose, Rebase, SceneDocument, SceneError, Surroundings, camera_value, insert_camera, insert_space,
-    is_model,
+    CameraPose, Rebase, SceneDocument, SceneError, Surroundings, camera_value, import::is_foreign_scene,
+    insert_camera, insert_space, is_model,
 };
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -56,6 +56,12 @@ pub enum WriteError {
     #[error("{}: the copy is a scene file in RON; let its name end in .ron", path.display())]
     NotRon {
         /// Requested path of the copy.
+        path: PathBuf,
+    },
+    /// A scene of pbrt or Mitsuba has no copy in another format.
+    #[error("{}: copies of scenes of other renderers cannot be written; edit the file itself", path.display())]
+    Foreign {
+        /// The scene.
         path: PathBuf,
     },
     /// The name of the model is not UTF-8, so a scene file cannot contain it.
@@ -111,6 +117,9 @@ pub fn write(from: &Path, scene: &SceneDocument, change: Change, to: &Path) -> R
         folders[0].canonicalize().map_err(io(from))? == folders[1].canonicalize().map_err(io(to))?;
     if is_same(from, to) {
         return Err(WriteError::SameFile { path: to.to_owned() });
+    }
+    if is_foreign_scene(from) {
+        return Err(WriteError::Foreign { path: from.to_owned() });
     }
     let (text, names_files) = if is_model(from) {
         (around_model(from, scene, change)?, true)
