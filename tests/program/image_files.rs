@@ -287,9 +287,9 @@ fn oiiotool_reads_mattes() {
         "cryptomatte/3ae39a5/manifest: \"{\"ball\":\"",
     ];
     check_lines(&["oiiotool", "--info", "-v", &image], &lines);
-    let shares = folder.file("shares.pfm");
+    let shares = folder.file("shares.exr");
     let channels = "CryptoObject00.G,CryptoMaterial00.G,CryptoObject00.A";
-    if tool(&["oiiotool", &image, "--ch", channels, "-o", &shares]).is_some() {
+    if tool(&["oiiotool", &image, "--ch", channels, "--chnames", "R,G,B", "-o", &shares]).is_some() {
         let shares = Image::read(shares.as_ref()).unwrap();
         let [object, material, second] = shares.pixels[8 * 32 + 16];
         assert_eq!([object, material, second], [1.0, 1.0, 0.0]);

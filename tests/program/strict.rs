@@ -104,3 +104,32 @@ fn old_spellings_work() {
     let arguments = ["render", &scene, "--samples", "64", "--checkpoint", "a.ckpt"];
     check_failure(&trisect(&arguments), &arguments, 2, &["for a number of samples use --spp"]);
 }
+
+/// `--json` prints, and `--json=FILE` writes the same beside the text.
+#[test]
+fn results_go_to_files_and_to_standard_output() {
+    let folder = Temporary::new("strict", "json");
+    let (scene, image) = (folder.file("a.ron"), folder.file("a.pfm"));
+    fs::write(&scene, SCENE).unwrap();
+    let stats = format!("--json={}", folder.file("stats.json"));
+    assert!(trisect(&["render", &scene, "-o", &image, "--backend", "cpu", "-q", &stats]).status.success());
+    assert!(folder.path("stats.json").exists());
+    for arguments in [&["compare", &image, &image][..], &["check", &scene], &["info"], &["doctor"]] {
+        let file = folder.file("result.json");
+        let text = trisect(arguments).stdout;
+        let printed = trisect(&[arguments, &["--json"]].concat()).stdout;
+        let both = trisect(&[arguments, &[&format!("--json={file}")]].concat()).stdout;
+        let parse = |bytes: &[u8]| serde_json::from_slice::<Value>(bytes).unwrap();
+        // Free memory differs from call to call.
+        if arguments[0] != "doctor" {
+            assert_eq!(text, both, "{arguments:?}");
+            assert_eq!(parse(&printed), parse(&fs::read(&file).unwrap()), "{arguments:?}");
+        }
+        assert!(serde_json::from_slice::<Value>(&text).is_err(), "{arguments:?}: text is no JSON");
+        parse(&printed);
+        parse(&trisect(&[arguments, &["--json=-"]].concat()).stdout);
+    }
+    let over = format!("--json={scene}");
+    let arguments = ["check", &scene, &over];
+    check_failure(&trisect(&arguments), &arguments, 2, &["--json would overwrite the scene"]);
+}

@@ -37,7 +37,7 @@ pub use image_file::{ImageFileArgs, MetadataArg};
 pub use job::{IncludeArgs, JobArgs, ModelArgs};
 pub use motion::{Frames, MotionArgs};
 pub use render::{DEFAULT_OUTPUT, RenderArgs};
-pub use shell::{CompletionsArgs, DoctorArgs, InfoArgs, LogArgs, ManArgs};
+pub use shell::{CompletionsArgs, DoctorArgs, InfoArgs, JsonArgs, LogArgs, ManArgs};
 pub use surroundings::SurroundingsArgs;
 pub use tradeoff::{ConvergeArgs, ReferenceArgs, TradeoffArgs};
 pub use view::ViewArgs;
@@ -107,9 +107,9 @@ pub struct CompareArgs {
     /// Image file of the reference, of the same size.
     pub reference: PathBuf,
 
-    /// Print JSON instead of text.
-    #[arg(long)]
-    pub json: bool,
+    /// Form of the result.
+    #[command(flatten)]
+    pub json: JsonArgs,
 
     /// Also write a page with both images under a slider, their difference, FLIP errors, measures
     /// and statistics; it needs no other file (default: none).
@@ -143,9 +143,9 @@ pub struct CheckArgs {
     #[command(flatten)]
     pub surroundings: SurroundingsArgs,
 
-    /// Print JSON instead of text.
-    #[arg(long)]
-    pub json: bool,
+    /// Form of the result.
+    #[command(flatten)]
+    pub json: JsonArgs,
 
     /// Write a copy of the scene whose field `space` moves and scales it to where single precision
     /// has the most digits; the image changes by rounding only. For a model, write a scene that

@@ -20,21 +20,29 @@ pub struct LogArgs {
     pub verbose: bool,
 }
 
+/// Option `--json` of commands that print a result.
+#[derive(Clone, Debug, Default, Args)]
+pub struct JsonArgs {
+    /// Print JSON instead of text; --json=FILE writes it to a file, beside the text.
+    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "-")]
+    pub json: Option<PathBuf>,
+}
+
 /// Arguments of `trisect info`.
 #[derive(Debug, Args)]
 pub struct InfoArgs {
-    /// Print JSON instead of text.
-    #[arg(long)]
-    pub json: bool,
+    /// Form of the result.
+    #[command(flatten)]
+    pub json: JsonArgs,
 }
 
 /// Arguments of `trisect doctor`.
 #[derive(Debug, Args)]
 #[command(after_help = "Exit codes: 0 all that is present works, 1 something is present and does not work.")]
 pub struct DoctorArgs {
-    /// Print JSON instead of text.
-    #[arg(long)]
-    pub json: bool,
+    /// Form of the result.
+    #[command(flatten)]
+    pub json: JsonArgs,
 }
 
 /// Arguments of `trisect completions`.

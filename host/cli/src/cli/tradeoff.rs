@@ -1,6 +1,6 @@
 //! Arguments of `trisect tradeoff` and `trisect converge`.
 
-use super::JobArgs;
+use super::{JobArgs, JsonArgs};
 use clap::Args;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -61,9 +61,9 @@ pub struct TradeoffArgs {
     #[arg(short, long)]
     pub quiet: bool,
 
-    /// Print the content of tradeoff.json instead of the summary.
-    #[arg(long)]
-    pub json: bool,
+    /// Form of the result: JSON is the content of tradeoff.json, text the summary.
+    #[command(flatten)]
+    pub json: JsonArgs,
 }
 
 /// Arguments of `trisect converge`.
@@ -107,7 +107,7 @@ pub struct ConvergeArgs {
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
 
-    /// Print JSON instead of text.
-    #[arg(long)]
-    pub json: bool,
+    /// Form of the result.
+    #[command(flatten)]
+    pub json: JsonArgs,
 }

@@ -17,6 +17,10 @@ const OUTSIDE: u8 = 6;
 
 /// Prints the findings, and writes a copy in the best space if `--write` is given.
 pub fn run(arguments: &CheckArgs) -> Result<ExitCode, Error> {
+    let json = arguments.json.json.as_deref();
+    let outputs = Outputs::default().file("--json", json).file("--write", arguments.write.as_deref());
+    outputs.check()?;
+    Outputs::default().file("--json", json).check_inputs("the scene", [&arguments.scene])?;
     let scene = SceneDocument::load_in_surroundings(
         &arguments.scene,
         arguments.includes.includes(),
@@ -35,21 +39,17 @@ pub fn run(arguments: &CheckArgs) -> Result<ExitCode, Error> {
     };
     if let Some(path) = &arguments.write {
         let files = scene.description.files.iter().filter(|file| **file != arguments.scene);
-        Outputs::default().file("--write", Some(path)).check_inputs("a file of the scene", files)?;
+        outputs.check_inputs("a file of the scene", files)?;
         precision::write(&arguments.scene, &scene, Change::Space(report.best_space), path)?;
     }
     // Changes by the reader and losses by rounding are warnings in addition to the findings.
     let denied = super::warn(&scene.warnings(), &scene.name, arguments.deny_warnings);
-    let text = if arguments.json {
-        let json = serde_json::to_string_pretty(&report).map_err(|error| ImageError::Codec {
-            path: arguments.scene.clone(),
-            message: error.to_string(),
-        })?;
-        json + "\n"
-    } else {
-        escaped(&text(&report)).into_owned()
+    let json_text = || {
+        let codec = |message| ImageError::Codec { path: arguments.scene.clone(), message };
+        let json = serde_json::to_string_pretty(&report).map_err(|error| codec(error.to_string()))?;
+        Ok(json + "\n")
     };
-    super::print(&text)?;
+    super::data::print_result(json, json_text, || escaped(&text(&report)).into_owned())?;
     if let Some(path) = &arguments.write {
         super::eprint(&format!("wrote {}", path.display()));
     }

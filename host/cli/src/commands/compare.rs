@@ -18,7 +18,9 @@ const DIFFERENT: u8 = 5;
 /// Compares two images, prints the measures, and writes the page of `--html`.
 pub fn run(arguments: &CompareArgs) -> Result<ExitCode, Error> {
     let html = arguments.html.as_deref();
-    let outputs = Outputs::default().file("--html", html);
+    let json = arguments.json.json.as_deref();
+    let outputs = Outputs::default().file("--html", html).file("--json", json);
+    outputs.check()?;
     outputs.check_inputs("the image", [&arguments.image])?;
     outputs.check_inputs("the reference", [&arguments.reference])?;
     let image = Image::read(&arguments.image)?;
@@ -29,7 +31,7 @@ pub fn run(arguments: &CompareArgs) -> Result<ExitCode, Error> {
     let (result, flip) = compare_with_map(&view(&image)?, &view(&reference)?)?;
     if let Some(path) = html {
         let names = [&arguments.image, &arguments.reference].map(|path| path.display().to_string());
-        let is_for_display = |path: &Path| matches!(Format::of(path), Ok(Format::Png));
+        let is_for_display = |path: &Path| Format::of(path).is_ok_and(Format::is_display);
         let image =
             Named { name: &names[0], image: &image, is_for_display: is_for_display(&arguments.image) };
         let is_for_display = is_for_display(&arguments.reference);
@@ -38,14 +40,13 @@ pub fn run(arguments: &CompareArgs) -> Result<ExitCode, Error> {
             .map_err(|message| ImageError::Codec { path: path.to_owned(), message })?;
         output::write_file(path, text.as_bytes())?;
     }
-    let mut text = String::new();
-    if arguments.json {
-        text = serde_json::to_string_pretty(&result).map_err(|error| ImageError::Codec {
-            path: arguments.image.clone(),
-            message: error.to_string(),
-        })?;
-        text.push('\n');
-    } else {
+    let json_text = || {
+        let codec = |message| ImageError::Codec { path: arguments.image.clone(), message };
+        let json = serde_json::to_string_pretty(&result).map_err(|error| codec(error.to_string()))?;
+        Ok(json + "\n")
+    };
+    let text = || {
+        let mut text = String::new();
         let _ = writeln!(text, "RMSE                 {:.6e}", result.rmse);
         let _ = writeln!(text, "relMSE               {:.6e}", result.rel_mse);
         let _ = writeln!(text, "PSNR                 {:.3} dB", result.psnr_db);
@@ -55,8 +56,9 @@ pub fn run(arguments: &CompareArgs) -> Result<ExitCode, Error> {
         let _ = writeln!(text, "mean, image          {:.6?}", result.mean_a);
         let _ = writeln!(text, "mean, reference      {:.6?}", result.mean_b);
         let _ = writeln!(text, "NaN or infinite      {} pixels", result.non_finite);
-    }
-    super::print(&text)?;
+        text
+    };
+    super::data::print_result(json, json_text, text)?;
     // A relMSE of NaN counts as different. Pixels that are not finite are left out of relMSE and
     // count as different, too.
     let is_within = |limit| result.rel_mse <= limit && result.non_finite == 0;

@@ -80,12 +80,8 @@ pub fn run(arguments: &DoctorArgs) -> Result<ExitCode, Error> {
         user_cache().as_deref(),
         "set XDG_CACHE_HOME to one that can, or say --cache",
     ));
-    let text = if arguments.json {
-        serde_json::to_string_pretty(&findings).unwrap_or_default() + "\n"
-    } else {
-        plain(&findings)
-    };
-    super::print(&text)?;
+    let json = || Ok(serde_json::to_string_pretty(&findings).unwrap_or_default() + "\n");
+    super::data::print_result(arguments.json.json.as_deref(), json, || plain(&findings))?;
     let is_broken = findings.iter().any(|finding| finding.state == State::Broken);
     Ok(if is_broken { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }

@@ -1,5 +1,6 @@
 //! `trisect info`: lists backends and devices.
 
+use super::data;
 use crate::cli::InfoArgs;
 use std::fmt::Write;
 use std::process::ExitCode;
@@ -9,23 +10,28 @@ use trisect_lab::Error;
 
 /// Lists backends and devices, with reason and remedy for a backend that is not available.
 pub fn run(arguments: &InfoArgs) -> Result<ExitCode, Error> {
-    if arguments.json {
-        let backends = device::list().into_iter().map(|(backend, devices)| match devices {
-            Ok(devices) => serde_json::json!({ "backend": backend, "devices": devices }),
-            Err(error) => {
-                serde_json::json!({ "backend": backend, "devices": [], "missing": error.to_string() })
-            }
-        });
-        let all = serde_json::json!({
-            "version": env!("CARGO_PKG_VERSION"),
-            "backends": backends.collect::<Vec<_>>(),
-            "mpi": cfg!(feature = "mpi"),
-            "window": cfg!(feature = "window"),
-            "oidn": oidn::describe().ok(),
-        });
-        super::print(&format!("{all:#}\n"))?;
-        return Ok(ExitCode::SUCCESS);
-    }
+    data::print_result(arguments.json.json.as_deref(), || Ok(json()), text)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn json() -> String {
+    let backends = device::list().into_iter().map(|(backend, devices)| match devices {
+        Ok(devices) => serde_json::json!({ "backend": backend, "devices": devices }),
+        Err(error) => {
+            serde_json::json!({ "backend": backend, "devices": [], "missing": error.to_string() })
+        }
+    });
+    let all = serde_json::json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "backends": backends.collect::<Vec<_>>(),
+        "mpi": cfg!(feature = "mpi"),
+        "window": cfg!(feature = "window"),
+        "oidn": oidn::describe().ok(),
+    });
+    format!("{all:#}\n")
+}
+
+fn text() -> String {
     let mut text = String::new();
     let _ = writeln!(text, "trisect {}", env!("CARGO_PKG_VERSION"));
     for (name, devices) in device::list() {
@@ -54,6 +60,5 @@ pub fn run(arguments: &InfoArgs) -> Result<ExitCode, Error> {
         Ok(library) => writeln!(text, "oidn  {library}: trisect render --denoise oidn"),
         Err(error) => writeln!(text, "oidn  {error}"),
     };
-    super::print(&text)?;
-    Ok(ExitCode::SUCCESS)
+    text
 }

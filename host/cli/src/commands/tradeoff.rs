@@ -1,8 +1,9 @@
 //! `trisect tradeoff` measures what options cost and gain; `trisect converge` measures how errors
 //! fall with the number of samples.
 
+use super::data::print_result;
 use super::lab::{LabSupervisor, exit_code};
-use super::{Loaded, eprint, given_options, open, print};
+use super::{Loaded, eprint, given_options, open};
 use crate::cli::{ConvergeArgs, JobArgs, ReferenceArgs, TradeoffArgs};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -130,7 +131,8 @@ pub fn run(arguments: &TradeoffArgs) -> Result<ExitCode, Error> {
         true => Vec::new(),
         false => found.write(&pictures, &arguments.output)?,
     };
-    print(&if arguments.json { found.json()? } else { found.summary() })?;
+    let json = || Ok(found.json()?);
+    print_result(arguments.json.json.as_deref(), json, || found.summary())?;
     files.iter().for_each(|file| supervisor.report(&format!("wrote {}", file.display())));
     Ok(exit_code(found.ended))
 }
@@ -169,7 +171,7 @@ pub fn follow(arguments: &ConvergeArgs) -> Result<ExitCode, Error> {
     {
         output::write_file(path, json()?.as_bytes())?;
     }
-    print(&if arguments.json { json()? } else { found.summary() })?;
+    print_result(arguments.json.json.as_deref(), || Ok(json()?), || found.summary())?;
     Ok(exit_code(found.ended))
 }
 
