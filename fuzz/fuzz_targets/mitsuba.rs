@@ -1,5 +1,5 @@
-//! Fuzz target: scenes of Mitsuba 3. After the first byte 0 stands the file `b.xml`, which the scene
-//! may include; `a.png`, `m.obj`, `m.ply` and `s.pfm` are always there.
+//! Fuzz target: scenes of Mitsuba 3. After the first byte 0 stands the file `b.xml`, which the
+//! scene may include; `a.png`, `m.obj`, `m.ply` and `s.pfm` are always there.
 
 #![no_main]
 

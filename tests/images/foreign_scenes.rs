@@ -20,15 +20,16 @@ fn folder() -> PathBuf {
 fn reference(name: &str) -> Blocks {
     let read = |name: String| Image::read(&folder().join(name)).unwrap();
     let (mean, error) = (read(format!("{name}.pfm")), read(format!("{name}.error.pfm")));
-    let block = |(mean, error): (&[f32; 3], &[f32; 3])| {
-        (mean.map(f64::from), error.map(|error| f64::from(error).powi(2)))
-    };
-    let blocks: Vec<([f64; 3], [f64; 3])> = mean.pixels.iter().zip(&error.pixels).map(block).collect();
-    let n = blocks.len() as f64;
-    let sum = |part: fn(&([f64; 3], [f64; 3])) -> &[f64; 3]| -> [f64; 3] {
-        std::array::from_fn(|c| blocks.iter().map(|block| part(block)[c]).sum())
-    };
-    let whole = (sum(|block| &block.0).map(|sum| sum / n), sum(|block| &block.1).map(|sum| sum / (n * n)));
+    let n = mean.pixels.len() as f64;
+    let (mut blocks, mut whole) = (Vec::new(), ([0.0; 3], [0.0; 3]));
+    for (mean, error) in mean.pixels.iter().zip(&error.pixels) {
+        let block = (mean.map(f64::from), error.map(|error| f64::from(error).powi(2)));
+        for c in 0..3 {
+            whole.0[c] += block.0[c] / n;
+            whole.1[c] += block.1[c] / (n * n);
+        }
+        blocks.push(block);
+    }
     Blocks { blocks, whole }
 }
 

@@ -39,7 +39,7 @@ WorldBegin
 AttributeBegin
     Translate 2 0 4
     AreaLightSource "diffuse" "rgb L" [1 2 3]
-    Shape "sphere" "float radius" 1
+    Shape "sphere" "float radius" 2
 AttributeEnd
 Translate 0 0 10 Shape "disk" "float radius" 30
 "#;
@@ -50,7 +50,7 @@ const MITSUBA: &str = r#"<scene version="3.0.0">
 <transform name="to_world"><lookat origin="0,0,0" target="0,0,1" up="0,1,0"/></transform>
 <sampler type="independent"><integer name="sample_count" value="2"/></sampler>
 <film type="hdrfilm"><integer name="width" value="16"/><integer name="height" value="8"/></film></sensor>
-<shape type="sphere"><point name="center" value="-2,0,4"/>
+<shape type="sphere"><point name="center" value="-2,0,4"/><float name="radius" value="2"/>
 <emitter type="area"><rgb name="radiance" value="1,2,3"/></emitter></shape>
 <shape type="disk"><transform name="to_world"><scale value="30"/><translate z="10"/></transform></shape>
 </scene>
@@ -73,9 +73,9 @@ fn scenes_of_other_renderers_are_rendered_as_they_are() {
         assert!(!said.contains("studio") && !said.contains("ground"), "{said}");
         let picture = Image::read(image.as_ref()).unwrap();
         assert_eq!((picture.width, picture.height), (16, 8), "{name}");
-        // At (11, 4) the lamp itself is seen.
-        assert_eq!(picture.pixels[4 * 16 + 11], [1.0, 2.0, 3.0], "{name}");
-        assert!(picture.pixels[4 * 16 + 4][0] < 0.5, "{name}");
+        // At (10, 4) the lamp itself is seen.
+        assert_eq!(picture.pixels[4 * 16 + 10], [1.0, 2.0, 3.0], "{name}");
+        assert!(picture.pixels[4 * 16 + 2][0] < 0.5, "{name}");
         let more = [&arguments[..], &["--resolution", "4x2", "--spp", "1"]].concat();
         check_failure(&trisect(&more), &more, 0, &[]);
         assert_eq!(Image::read(image.as_ref()).unwrap().width, 4);
@@ -107,7 +107,7 @@ fn errors_name_file_line_and_column() {
         (
             "a.pbrt",
             PBRT.replace("\"disk\"", "\"disk\" \"float height\" tall"),
-            "a.pbrt:10:56",
+            "a.pbrt:10:46",
             "a finite number",
         ),
         ("b.pbrt", PBRT.replace("WorldBegin", "WorldStart"), "b.pbrt:4:1", "unknown directive"),
@@ -155,7 +155,7 @@ fn what_scenes_of_other_renderers_are_not() {
          camera: (look_from: (0, 0, 3), look_at: (0, 0, 0), vertical_fov: 40))",
     );
     let arguments = render(&outer, &image);
-    check_failure(&trisect(&arguments), &arguments, 4, &["a scene, not a model"]);
+    check_failure(&trisect(&arguments), &arguments, 4, &["\"a.pbrt\" is not a model"]);
     let check = ["check", &scene, "--write", &copy];
     let output = trisect(&check);
     assert!(!output.status.success() && !PathBuf::from(&copy).exists());
