@@ -8,7 +8,7 @@ use trisect::denoise::{DenoiseSettings, Filter, TemporalSettings};
 use trisect::device::cpu::Cpu;
 use trisect::film::{Film, RowSet};
 use trisect::image::Image;
-use trisect::output::{Format, encode};
+use trisect::output::{Encoding, Picture};
 use trisect::render::{DisplayOptions, Renderer, Settings, Summation};
 use trisect::scene::Scene;
 use trisect_cluster::local::Local;
@@ -103,7 +103,8 @@ fn all_that_travels_gives_the_same() {
         let finished = by_ranks(2, &same, &work(&settings, plan, WireFormat::Bytes));
         assert_eq!(finished.counts, want.counts(), "{sums:?}");
         let AssembledImage::Bytes { width, height, bytes } = finished.picture else { panic!("no bytes") };
-        let png = encode(&want.image(), Format::Png).unwrap();
+        let image = want.image();
+        let png = Picture::from(&image).encode("a.png".as_ref(), &Encoding::default()).unwrap();
         assert_eq!(trisect::output::encode_bytes(width, height, &bytes).unwrap(), png, "{sums:?}");
     }
 

@@ -27,7 +27,7 @@ fn run(arguments: &[&str]) {
 }
 
 fn render(scene: &str, image: &str, options: &[&str]) {
-    run(&[&["render", scene, "-o", image, "--backend", "cpu", "-q"], options].concat());
+    run(&[&["render", scene, "-o", image, "--backend", "cpu", "-q", "--float"], options].concat());
 }
 
 /// Returns the channels of an EXR file by their names.
@@ -153,7 +153,7 @@ fn backgrounds_of_merged_renders() {
         let parts = ["0..256", "256..512"].map(|samples| {
             let checkpoint = file(&format!("{}.{image}.ckpt", &samples[..1]));
             let _ = fs::remove_file(&checkpoint);
-            let part = ["--samples", samples, "--checkpoint", &checkpoint];
+            let part = ["--sample-range", samples, "--checkpoint", &checkpoint];
             render(&scene, &file(&format!("part.{image}")), &[&options[..], &part].concat());
             checkpoint
         });
@@ -165,7 +165,7 @@ fn backgrounds_of_merged_renders() {
         if background == "transparent" {
             let other = file("merged.hdr");
             let arguments = ["merge", &parts[0], &parts[1], "-o", &other];
-            check_failure(&trisect(&arguments), &arguments, 2, &["merged.hdr", ".png or .exr"]);
+            check_failure(&trisect(&arguments), &arguments, 2, &["merged.hdr", ".png, .tif or .exr"]);
         }
         // Negative control: one part alone is another image.
         run(&["merge", &parts[0], "-o", &merged]);
@@ -184,7 +184,7 @@ fn bad_backgrounds_are_refused() {
             &trisect(&arguments),
             &arguments,
             2,
-            &[name, "--background transparent", ".png or .exr"],
+            &[name, "--background transparent", ".png, .tif or .exr"],
         );
     }
     let image = folder.file("a.png");

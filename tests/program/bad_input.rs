@@ -456,8 +456,8 @@ fn options_without_effect_are_warned_of_once() {
     };
     let found = warnings("dark.ron", &[]);
     assert!(found.len() == 1 && found[0].contains("no light") && found[0].contains("`sky`"), "{found:?}");
-    let found = warnings("good.ron", &["--roulette-depth=3"]);
-    assert!(found.len() == 1 && found[0].contains("--roulette on"), "{found:?}");
+    let found = warnings("good.ron", &["--roulette-depth=3", "--roulette=off"]);
+    assert!(found.len() == 1 && found[0].contains("--roulette off"), "{found:?}");
     assert!(warnings("good.ron", &["--roulette-depth=3", "--roulette=on"]).is_empty());
     // A goal may enable roulette.
     assert!(warnings("good.ron", &["--roulette-depth=3", "--target-error=50%", "--max-spp=16"]).is_empty());

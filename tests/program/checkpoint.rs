@@ -133,7 +133,7 @@ fn rendered_apart() {
     let whole = uninterrupted(&folder);
     let render = |name: &str, samples: &str, more: &[&str]| {
         let (file, out) = (folder.file(name), folder.file("part.pfm"));
-        let fixed = ["render", &BOOK, "-o", &out, "--checkpoint", &file, "--samples", samples];
+        let fixed = ["render", &BOOK, "-o", &out, "--checkpoint", &file, "--sample-range", samples];
         let output = trisect(&[&fixed[..], IMAGE, more].concat());
         assert!(output.status.success(), "{}", text(&output));
         file
@@ -191,11 +191,11 @@ fn mistakes_are_named() {
     let new = folder.file("b.ckpt");
     fails(&["render", "--checkpoint", &new, "--budget", "1s"], 2, &["--checkpoint", "--budget"]);
     fails(&["render", "--checkpoint", &new, "--every", "often"], 2, &["--every"]);
-    fails(&["render", "--samples", "0..256"], 2, &["--checkpoint"]);
-    let split = ["render", "--checkpoint", &new, "--spp", "512", "--samples", "0..100", "-o", &out];
+    fails(&["render", "--sample-range", "0..256"], 2, &["--checkpoint"]);
+    let split = ["render", "--checkpoint", &new, "--spp", "512", "--sample-range", "0..100", "-o", &out];
     fails(&split, 2, &["split a chunk"]);
     assert!(!fs::exists(&new).unwrap(), "what failed at once leaves nothing behind");
-    fails(&["merge", &file, "-o", &folder.file("sum.jpg")], 2, &["sum.jpg"]);
+    fails(&["merge", &file, "-o", &folder.file("sum.gif")], 2, &["sum.gif"]);
     fails(&["render", "--checkpoint", "/nowhere/a.ckpt"], 1, &["/nowhere/a.ckpt"]);
     fails(&["render", "--checkpoint", "/dev/null"], 1, &["/dev/null", "not a regular file"]);
     fails(&["merge", &file, "-o", &file], 2, &["a.ckpt", "-o would overwrite"]);

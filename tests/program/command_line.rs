@@ -26,7 +26,7 @@ fn render_every_format_and_compare() {
         let file = folder.join(name).to_str().unwrap().to_owned();
         let fixed =
             ["render", scene.to_str().unwrap(), "--backend", "cpu", "--quiet", "--resolution", "64x36"];
-        let output = trisect(&[&fixed[..], &["--spp", "4", "-o", &file], more].concat());
+        let output = trisect(&[&fixed[..], &["--spp", "4", "--float", "-o", &file], more].concat());
         assert!(output.stderr.is_empty() && output.stdout.is_empty(), "--quiet: {output:?}");
         file
     };
@@ -209,7 +209,7 @@ fn bench_report_draws_charts() {
     let out = folder("report");
     let scene = root().join("scenes/cornell_box.ron");
     let arguments = ["--quick", "--backend=cpu", "--resolution=8x4", "--spheres=100", "--time-limit=1"];
-    let files = ["--out", out.to_str().unwrap(), scene.to_str().unwrap()];
+    let files = ["--output", out.to_str().unwrap(), scene.to_str().unwrap()];
     let output = trisect(&[&["bench", "report"], &arguments[..], &files].concat());
     let text = String::from_utf8(output.stdout).unwrap();
     for words in ["R² = ", "log2 N", "speed-up over", "against one thread, cornell_box.ron: "] {

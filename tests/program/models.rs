@@ -96,7 +96,8 @@ fn a_glowing_texel_leaves_the_sky() {
     let (scene, image) = (folder.file("helmet.gltf"), folder.file("a.png"));
     let mut texels = [0; 3 * 64];
     texels[3 * 9..3 * 10].fill(255);
-    output::write_bytes(8, 8, &texels, &folder.path("lamp.png")).unwrap();
+    let png = output::encode_bytes(8, 8, &texels).unwrap();
+    output::write_file(&folder.path("lamp.png"), &png).unwrap();
     let lamp = json!({
         "images": [{ "uri": "lamp.png" }],
         "textures": [{ "source": 0 }],
@@ -180,7 +181,7 @@ fn pieces_and_ranks_have_the_exposure_of_the_whole() {
     let bytes = fs::read(&whole).unwrap();
     let (first, second, image) = (file("1.ckpt"), file("2.ckpt"), file("image.png"));
     for (checkpoint, samples) in [(&first, "0..256"), (&second, "256..512")] {
-        render(&scene, &image, &["--spp", "512", "--samples", samples, "--checkpoint", checkpoint]);
+        render(&scene, &image, &["--spp", "512", "--sample-range", samples, "--checkpoint", checkpoint]);
     }
     let merged = file("merged.png");
     assert_eq!(printed(&run(&["merge", &first, &second, "-o", &merged])), printed(&said));

@@ -5,12 +5,15 @@
 
 mod background;
 mod bench;
+mod camera;
 mod checkpointing;
 mod cluster;
 mod denoise;
 mod goal;
+mod image_file;
 mod job;
 mod motion;
+pub mod old_spellings;
 mod render;
 mod shell;
 mod surroundings;
@@ -23,16 +26,17 @@ pub use background::Background;
 #[cfg(feature = "mpi")]
 pub use bench::ClusterBenchArgs;
 pub use bench::{BenchArgs, BenchCommand, ReportArgs};
+pub use camera::CameraArgs;
 pub use checkpointing::{CheckpointArgs, FallbackArg, MergeArgs, ResumeArgs, Samples};
 #[cfg(feature = "mpi")]
 pub use cluster::DistributeArg;
 pub use cluster::{ClusterArgs, RankArgs};
 pub use denoise::{DenoiseArg, DenoiseArgs};
 pub use goal::GoalArgs;
+pub use image_file::{ImageFileArgs, MetadataArg};
 pub use job::{IncludeArgs, JobArgs, ModelArgs};
 pub use motion::{Frames, MotionArgs};
-pub use render::RenderArgs;
-use render::parse_tone_map;
+pub use render::{DEFAULT_OUTPUT, RenderArgs};
 pub use shell::{CompletionsArgs, DoctorArgs, InfoArgs, LogArgs, ManArgs};
 pub use surroundings::SurroundingsArgs;
 pub use tradeoff::{ConvergeArgs, ReferenceArgs, TradeoffArgs};
@@ -97,7 +101,7 @@ pub enum Command {
 /// Arguments of `trisect compare`.
 #[derive(Debug, Args)]
 pub struct CompareArgs {
-    /// Image file to compare: .png (sRGB), .exr, .hdr or .pfm (linear).
+    /// Image file to compare: .png, .jpg or .tif (sRGB), .exr, .hdr or .pfm (linear).
     pub image: PathBuf,
 
     /// Image file of the reference, of the same size.
@@ -146,8 +150,12 @@ pub struct CheckArgs {
     /// Write a copy of the scene whose field `space` moves and scales it to where single precision
     /// has the most digits; the image changes by rounding only. For a model, write a scene that
     /// shows it.
-    #[arg(long, value_name = "FILE.ron")]
+    #[arg(short = 'o', long, visible_alias = "output", value_name = "FILE.ron")]
     pub write: Option<PathBuf>,
+
+    /// Exit with code 4 if there are warnings about the scene.
+    #[arg(long)]
+    pub deny_warnings: bool,
 }
 
 fn parse_count(text: &str) -> Result<u32, String> {

@@ -43,6 +43,9 @@ fn run() -> ExitCode {
         Ok(cli) => cli.command,
         Err(usage) => return terminal::print_usage(&usage),
     };
+    for note in cli::old_spellings::notes(std::env::args_os().skip(1)) {
+        terminal::eprint(&format!("note: {note}"));
+    }
     let outcome = match command {
         cli::Command::Render(arguments) => commands::dispatch::render(&arguments),
         cli::Command::Resume(arguments) => commands::dispatch::resume(&arguments),

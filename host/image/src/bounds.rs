@@ -15,6 +15,9 @@ pub const MAX_CHUNK: u64 = 16 << 20;
 /// Maximum bytes into which deflate (PNG, EXR's ZIP) unpacks one byte.
 pub(super) const MAX_DEFLATE: u64 = 1032;
 
+/// Maximum bytes into which a byte of a TIFF file unpacks, above the ratios of deflate and LZW.
+pub(super) const MAX_TIFF: u64 = 4096;
+
 /// Maximum pixels per byte of a JPEG file: a block of 8 x 8 takes at least one bit.
 const MAX_JPEG: u64 = 64 * 8;
 

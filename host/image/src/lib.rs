@@ -1,4 +1,5 @@
-//! Images in memory, their reading from PNG, EXR, HDR and PFM files, and images for textures.
+//! Images in memory, their reading from PNG, JPEG, TIFF, EXR, HDR and PFM files, and images for
+//! textures.
 
 mod bounds;
 mod exr;
@@ -40,7 +41,7 @@ pub enum ImageError {
         source: io::Error,
     },
     /// The extension names no format.
-    #[error("{}: unknown image format; use .png, .exr, .hdr or .pfm", path.display())]
+    #[error("{}: unknown image format; use .png, .jpg, .tif, .exr, .hdr or .pfm", path.display())]
     UnknownExtension {
         /// Path of the file.
         path: PathBuf,
@@ -52,14 +53,22 @@ pub enum ImageError {
         path: PathBuf,
     },
     /// Transparency is asked for, and the format has none.
-    #[error("{}: `background` transparent needs a format with alpha; use .png or .exr", path.display())]
+    #[error("{}: `background` transparent needs a format with alpha; use .png, .tif or .exr", path.display())]
     NoAlpha {
         /// Path of the file.
         path: PathBuf,
     },
-    /// A tone map is asked for, and the format holds radiance.
-    #[error("{}: `tonemap` is for a display, and the format holds linear radiance; use .png", path.display())]
+    /// A curve for a display is asked for, and the format holds radiance.
+    #[error("{}: `{option}` is for a display, and the format holds linear radiance; use .png, .jpg or .tif", path.display())]
     NoDisplay {
+        /// Path of the file.
+        path: PathBuf,
+        /// Option that asks for it.
+        option: &'static str,
+    },
+    /// Channels of 16 bits are asked for, and the format has none.
+    #[error("{}: `bits` 16 needs a format that has 8 or 16 bits; use .png or .tif", path.display())]
+    No16Bits {
         /// Path of the file.
         path: PathBuf,
     },
@@ -129,7 +138,8 @@ pub enum ImageError {
 }
 
 impl Image {
-    /// Writes the image in the format that the extension names: PNG, EXR, HDR or PFM.
+    /// Writes the image in the format that the extension names: PNG, JPEG and TIFF with 8 bits in
+    /// sRGB, EXR and PFM with 32-bit floats, HDR.
     ///
     /// # Errors
     ///
@@ -138,7 +148,7 @@ impl Image {
         output::write(self, path.as_ref())
     }
 
-    /// Reads PNG (sRGB, decoded to linear), EXR, HDR or PFM, by extension.
+    /// Reads PNG, JPEG and TIFF (sRGB, decoded to linear), EXR, HDR or PFM, by extension.
     ///
     /// # Errors
     ///
@@ -154,6 +164,8 @@ impl Image {
             Format::Pfm => read_pfm(&bounds, file),
             Format::Exr => exr::read_file(&bounds, file),
             Format::Hdr => decode(&bounds, file, ImageFormat::Hdr, u64::MAX),
+            Format::Jpeg => decode(&bounds, file, ImageFormat::Jpeg, u64::MAX),
+            Format::Tiff => decode(&bounds, file, ImageFormat::Tiff, u64::MAX),
             Format::Png => {
                 let mut start = Vec::new();
                 (&mut file).take(64).read_to_end(&mut start).and_then(|_| file.rewind()).map_err(io)?;
@@ -172,7 +184,7 @@ impl Image {
 /// Bytes per pixel in addition to the decoded form: linear channels, twice while they are copied.
 const MIN_OF_PIXEL: u64 = 24;
 
-/// Decodes a PNG or HDR file by the image library, which may allocate `largest` bytes for pixels
+/// Decodes a file by the image library, which may allocate `largest` bytes for pixels
 /// and other data of the file.
 fn decode(bounds: &Bounds, file: File, format: ImageFormat, largest: u64) -> Result<Image, ImageError> {
     let codec = |error: image::ImageError| match error {
@@ -191,7 +203,12 @@ fn decode(bounds: &Bounds, file: File, format: ImageFormat, largest: u64) -> Res
     let decoder = reader.into_decoder().map_err(codec)?;
     let (width, height) = decoder.dimensions();
     let (wide, high) = (u64::from(width), u64::from(height));
-    let shortest = if format == ImageFormat::Hdr { bounds::shortest_hdr(wide, high) } else { 0 };
+    let shortest = match format {
+        ImageFormat::Hdr => bounds::shortest_hdr(wide, high),
+        ImageFormat::Jpeg => bounds::shortest_jpeg(wide, high),
+        ImageFormat::Tiff => decoder.total_bytes() / bounds::MAX_TIFF,
+        _ => 0,
+    };
     let needed = decoder.total_bytes().saturating_add((wide * high).saturating_mul(MIN_OF_PIXEL));
     bounds.check(&Demand { width: wide, height: high, shortest, needed })?;
     let decoded = DynamicImage::from_decoder(decoder).map_err(codec)?;

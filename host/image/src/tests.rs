@@ -1,7 +1,7 @@
 //! Tests of reading images: files of a few bytes whose headers claim gigabytes, and valid files.
 
 use super::*;
-use crate::output::{Format, encode};
+use crate::output::{Encoding, Picture};
 
 fn read(name: &str, bytes: &[u8]) -> Result<Image, ImageError> {
     let path = std::env::temp_dir().join(format!("trisect-image-{}-{name}", std::process::id()));
@@ -11,9 +11,13 @@ fn read(name: &str, bytes: &[u8]) -> Result<Image, ImageError> {
     image
 }
 
-fn small(format: Format) -> Vec<u8> {
+fn encode(image: &Image, extension: &str) -> Vec<u8> {
+    Picture::from(image).encode(format!("a.{extension}").as_ref(), &Encoding::default()).unwrap()
+}
+
+fn small(extension: &str) -> Vec<u8> {
     let pixels = (0..12).map(|i| [i as f32, 1.0, 0.5]).collect();
-    encode(&Image { width: 4, height: 3, pixels }, format).unwrap()
+    encode(&Image { width: 4, height: 3, pixels }, extension)
 }
 
 /// Writes numbers into an attribute of an EXR file, `at` bytes after its name, type and size.
@@ -45,14 +49,22 @@ fn short_files_with_many_pixels_are_refused() {
     };
     cut("a.hdr", b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 16000 +X 20000\n");
     // Without this attribute, the number of chunks follows from the size.
-    let file = renamed(small(Format::Exr), b"chunkCount", b"chunkCounX");
+    let file = renamed(small("exr"), b"chunkCount", b"chunkCounX");
     for (width, height) in [(20_000, 20_000), (1 << 29, 1), (1, 1 << 29)] {
         let window = [0, 0, width - 1, height - 1];
         cut("a.exr", &patched(patched(file.clone(), DATA, 0, &window), DISPLAY, 0, &window));
     }
-    let mut file = small(Format::Png);
+    let mut file = small("png");
     file[16..24].copy_from_slice(&[0, 0, 0x40, 0, 0, 0, 0x40, 0]);
     cut("a.png", &file);
+    // Width and height of a TIFF, entries of 12 bytes with a tag, a type and a count of 1.
+    let mut tiff = small("tif");
+    for (tag, size) in [(256u16, 30_000u32), (257, 30_000)] {
+        let entry = [&tag.to_le_bytes()[..], &[4, 0, 1, 0, 0, 0]].concat();
+        let place = tiff.windows(8).position(|part| part == entry).unwrap() + 8;
+        tiff[place..place + 4].copy_from_slice(&size.to_le_bytes());
+    }
+    cut("a.tif", &tiff);
     // One row, for which a decoder allocates memory before it reads pixels.
     file[16..24].copy_from_slice(&[0x7f, 0xff, 0xff, 0xff, 0, 0, 0, 1]);
     cut("a.png", &file);
@@ -60,7 +72,7 @@ fn short_files_with_many_pixels_are_refused() {
 
 #[test]
 fn a_display_window_that_is_blank_is_refused() {
-    let error = read("b.exr", &patched(small(Format::Exr), DISPLAY, 0, &[0, 0, 19_999, 19_999])).unwrap_err();
+    let error = read("b.exr", &patched(small("exr"), DISPLAY, 0, &[0, 0, 19_999, 19_999])).unwrap_err();
     assert!(matches!(error, ImageError::Blank { given: 12, .. }), "{error}");
 }
 
@@ -68,8 +80,8 @@ fn a_display_window_that_is_blank_is_refused() {
 /// outside are dropped.
 #[test]
 fn an_exr_is_what_its_display_window_shows() {
-    let whole = read("c.exr", &small(Format::Exr)).unwrap();
-    let image = read("d.exr", &patched(small(Format::Exr), DISPLAY, 0, &[-1, 1, 2, 3])).unwrap();
+    let whole = read("c.exr", &small("exr")).unwrap();
+    let image = read("d.exr", &patched(small("exr"), DISPLAY, 0, &[-1, 1, 2, 3])).unwrap();
     assert_eq!((image.width, image.height), (4, 3));
     for (i, pixel) in image.pixels.iter().enumerate() {
         let (x, y) = (i % 4, i / 4 + 1);
@@ -83,10 +95,9 @@ fn an_exr_is_what_its_display_window_shows() {
 #[test]
 fn blank_images_are_read() {
     let image = Image { width: 4096, height: 2048, pixels: vec![[0.25; 3]; 4096 * 2048] };
-    for (format, name) in [(Format::Png, "e.png"), (Format::Hdr, "e.hdr"), (Format::Exr, "e.exr")] {
-        let bytes = encode(&image, format).unwrap();
-        let found = read(name, &bytes).unwrap();
-        assert_eq!((found.width, found.height), (4096, 2048), "{name}");
+    for format in ["png", "hdr", "exr", "jpg", "tif"] {
+        let found = read(&format!("e.{format}"), &encode(&image, format)).unwrap();
+        assert_eq!((found.width, found.height), (4096, 2048), "{format}");
     }
 }
 
@@ -97,8 +108,8 @@ fn what_is_no_file_is_not_opened() {
     let error = Image::read(&folder).unwrap_err().to_string();
     std::fs::remove_dir(&folder).unwrap();
     assert!(error.contains("this is a folder"), "{error}");
-    for extension in ["exr", "hdr", "png"] {
-        let bytes = small(Format::of(Path::new(&format!("a.{extension}"))).unwrap());
+    for extension in ["exr", "hdr", "png", "jpg", "tif"] {
+        let bytes = small(extension);
         let error = read(&format!("f.{extension}"), &bytes[..bytes.len() / 2]).unwrap_err();
         assert!(matches!(error, ImageError::Codec { .. }), "{error}");
     }

@@ -4,16 +4,16 @@
 //! OpenEXR", section "Layers"): tools show `N.X`, `N.Y` and `N.Z` as the layer `N`. Depth is the
 //! channel `Z`, as there.
 
-use crate::film::{AovTotals, Film, PixelTotals, TASK};
+use crate::film::{AovTotals, Film, PixelTotals};
 use glam::DVec3;
-use rayon::prelude::*;
 use std::path::Path;
-use trisect_image::output::{Channel, Format, Samples, write_channels};
-use trisect_image::{Image, ImageError};
+use trisect_image::ImageError;
+use trisect_image::output::{Channel, Format, Samples, channels, color_channels};
 use trisect_scene::Rebase;
 use trisect_shared::camera::Camera;
 
-/// Layer beside the image. Channels are `f32` unless stated otherwise.
+/// Layer beside the image. Channels are `f32` unless stated otherwise; normals and albedo may be
+/// 16-bit floats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Aov {
     /// `N.X`, `N.Y`, `N.Z`: mean of the unit shading normals on the camera's side.
@@ -33,15 +33,14 @@ pub enum Aov {
     Variance,
     /// `samples`: number of samples of the pixel. `u32`.
     Samples,
-    /// `A`: share of the camera rays that hit something. The image must be one with a
-    /// [hidden sky](crate::render::Settings::hidden_sky), which it then multiplies, as the format
-    /// says. Not on the command line, which has `--background transparent`.
-    Alpha,
+    /// `CryptoObject00.R` to `CryptoMaterial02.A`: mattes of objects and materials, which are
+    /// [rendered](crate::cryptomatte) apart from the film.
+    Cryptomatte,
 }
 
 impl Aov {
     /// Layers with their names on the command line.
-    pub const ALL: [(&'static str, Self); 7] = [
+    pub const ALL: [(&'static str, Self); 8] = [
         ("normal", Self::Normal),
         ("position", Self::Position),
         ("albedo", Self::Albedo),
@@ -49,11 +48,12 @@ impl Aov {
         ("id", Self::Id),
         ("variance", Self::Variance),
         ("samples", Self::Samples),
+        ("cryptomatte", Self::Cryptomatte),
     ];
 
     /// Returns whether the layer needs a film with AOV sums.
     pub fn needs_aov_sums(self) -> bool {
-        !matches!(self, Self::Variance | Self::Samples)
+        !matches!(self, Self::Variance | Self::Samples | Self::Cryptomatte)
     }
 }
 
@@ -84,46 +84,26 @@ pub struct FilmPlace<'a, F: Fn(Option<u32>) -> u32> {
     pub object: F,
 }
 
-/// Writes the image and layers of its film. `stops` is the exposure that was applied to the image,
-/// but not to the film; the variance is scaled by it.
+/// Returns the channels of the layers `aovs` of a film, without mattes. `stops` is the exposure of the image beside
+/// them, by which the variance is scaled.
 ///
 /// # Errors
 ///
-/// Returns [`ImageError::Codec`] if the film lacks AOV sums that a layer needs or the layers cannot
-/// be encoded, [`ImageError::Io`] if the file cannot be written.
-pub fn write(
-    image: &Image,
+/// A message if the film lacks AOV sums that a layer needs.
+pub fn layers(
     film: &Film,
     place: &FilmPlace<'_, impl Fn(Option<u32>) -> u32>,
     aovs: &[Aov],
     stops: f32,
-    path: &Path,
-) -> Result<(), ImageError> {
-    let codec = |message: String| ImageError::Codec { path: path.to_owned(), message };
-    let guides = film.aovs.len() == film.pixels.len();
-    if image.pixels.len() != film.pixels.len() || !guides && aovs.iter().any(|aov| aov.needs_aov_sums()) {
-        return Err(codec("the film lacks the AOV sums that these layers need".to_owned()));
+) -> Result<Vec<Channel>, String> {
+    let has_sums = film.aovs.len() == film.pixels.len();
+    if !has_sums && aovs.iter().any(|aov| aov.needs_aov_sums()) {
+        return Err("the film lacks the AOV sums that these layers need".to_owned());
     }
-    let mut channels = three(["R", "G", "B"], &image.pixels);
-    for aov in aovs {
-        channels.extend(layer(*aov, film, place, f64::from(stops).exp2()));
-    }
-    write_channels((image.width, image.height), channels, path)
+    Ok(aovs.iter().flat_map(|aov| layer(*aov, film, place, f64::from(stops).exp2())).collect())
 }
 
-/// Writes the image of a film with a hidden sky, and its alpha, which needs no place in a scene.
-///
-/// # Errors
-///
-/// Those of [`write()`].
-pub fn write_with_alpha(image: &Image, film: &Film, path: &Path) -> Result<(), ImageError> {
-    let message = "the film lacks the counts of hits that alpha needs".to_owned();
-    let alpha = film.alpha().filter(|alpha| alpha.len() == image.pixels.len());
-    let alpha = alpha.ok_or(ImageError::Codec { path: path.to_owned(), message })?;
-    let mut channels = three(["R", "G", "B"], &image.pixels);
-    channels.push(Channel { name: "A", samples: Samples::F32(alpha) });
-    write_channels((image.width, image.height), channels, path)
-}
+const XYZ: [&str; 3] = ["X", "Y", "Z"];
 
 fn layer(
     aov: Aov,
@@ -135,15 +115,15 @@ fn layer(
     let aovs = &film.aovs;
     let short = |value: [f64; 3]| value.map(|x| x as f32);
     match aov {
-        Aov::Normal => three(["N.X", "N.Y", "N.Z"], &aovs.map(|aov| short(aov.normal()))),
+        Aov::Normal => channels("N.", XYZ, &aovs.map(|aov| short(aov.normal())), Samples::Color),
         Aov::Position => {
             let scene_point = |g: AovTotals| match g.hits {
                 0 => [0.0; 3],
                 _ => (DVec3::from(g.position()) / space.scale + space.origin).to_array(),
             };
-            three(["P.X", "P.Y", "P.Z"], &aovs.map(|aov| short(scene_point(aov))))
+            channels("P.", XYZ, &aovs.map(|aov| short(scene_point(aov))), Samples::F32)
         }
-        Aov::Albedo => three(["albedo.R", "albedo.G", "albedo.B"], &aovs.map(|aov| short(aov.albedo()))),
+        Aov::Albedo => color_channels("albedo.", &aovs.map(|aov| short(aov.albedo()))),
         Aov::Depth => {
             let axis = camera.step_x.as_dvec3().cross(camera.step_y.as_dvec3()).normalize_or_zero();
             let depth = |g: AovTotals| match g.hits {
@@ -153,11 +133,11 @@ fn layer(
                     (way.dot(axis) / space.scale) as f32
                 }
             };
-            vec![Channel { name: "Z", samples: Samples::F32(aovs.map(depth)) }]
+            vec![Channel::new("Z", Samples::F32(aovs.map(depth)))]
         }
         Aov::Id => {
             let ids = aovs.iter().map(|aov| object(aov.primitive())).collect();
-            vec![Channel { name: "id", samples: Samples::U32(ids) }]
+            vec![Channel::new("id", Samples::U32(ids))]
         }
         Aov::Variance => {
             let variance = |pixel: PixelTotals| match pixel.samples {
@@ -165,24 +145,15 @@ fn layer(
                 1 => [f32::INFINITY; 3],
                 _ => short(pixel.variance_of_mean().map(|v| v * factor * factor)),
             };
-            three(["variance.R", "variance.G", "variance.B"], &film.pixels.map(variance))
-        }
-        Aov::Alpha => {
-            vec![Channel { name: "A", samples: Samples::F32(aovs.map(|aov| aov.alpha())) }]
+            channels("variance.", ["R", "G", "B"], &film.pixels.map(variance), Samples::F32)
         }
         Aov::Samples => {
             let count = |n: u64| u32::try_from(n).unwrap_or(u32::MAX);
             let counts = film.pixels.map(|pixel| count(pixel.samples));
-            vec![Channel { name: "samples", samples: Samples::U32(counts) }]
+            vec![Channel::new("samples", Samples::U32(counts))]
         }
+        Aov::Cryptomatte => Vec::new(),
     }
-}
-
-/// Returns three `f32` channels of these names.
-fn three(names: [&'static str; 3], values: &[[f32; 3]]) -> Vec<Channel> {
-    let column = |c: usize| values.par_iter().with_min_len(TASK).map(|value| value[c]).collect();
-    let channel = |(c, name)| Channel { name, samples: Samples::F32(column(c)) };
-    names.into_iter().enumerate().map(channel).collect()
 }
 
 #[cfg(test)]
@@ -193,6 +164,8 @@ mod tests {
     use crate::render::{Renderer, Settings};
     use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
     use trisect_device::cpu::Cpu;
+    use trisect_image::Image;
+    use trisect_image::output::{Encoding, Picture};
     use trisect_scene::{Scene, SceneDocument};
 
     /// Checks names, types and the values of a sky pixel and of a sphere pixel, read back by the
@@ -208,11 +181,14 @@ mod tests {
         let camera = renderer.camera(&settings);
         let object = |primitive| renderer.object(primitive);
         let place = FilmPlace { camera: &camera, space: Rebase::IDENTITY, object };
-        write(&film.image(), &film, &place, &aovs, 0.0, &path).unwrap();
+        let image = film.image();
+        let picture = |layers| Picture { image: &image, alpha: None, layers };
+        let layers_of = |film: &Film| layers(film, &place, &aovs, 0.0);
+        picture(layers_of(&film).unwrap()).write(&path, &Encoding::default()).unwrap();
         let file = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer();
         let file = file.all_attributes().from_file(&path).unwrap();
         // A reader of images reads the image alone.
-        assert_eq!(Image::read(&path).unwrap(), film.image());
+        assert_eq!(Image::read(&path).unwrap(), image);
         std::fs::remove_file(&path).unwrap();
         let channels = file.layer_data.channel_data.list;
         let names: Vec<String> = channels.iter().map(|channel| channel.name.to_string()).collect();
@@ -256,8 +232,7 @@ mod tests {
         // A film without AOV sums is refused.
         let mut plain_film = Film::new(film.width, film.height);
         plain_film.pixels.clone_from(&film.pixels);
-        let refused = write(&plain_film.image(), &plain_film, &place, &aovs, 0.0, &path);
-        assert!(refused.is_err());
+        assert!(layers_of(&plain_film).is_err());
     }
 
     /// Renders the scene in its own space and in one that is four times as large and moved, and

@@ -55,6 +55,8 @@ pub struct Description {
     pub shape_objects: Vec<usize>,
     /// Index of the scene file's object that each of `instances` belongs to; empty for a model.
     pub instance_objects: Vec<usize>,
+    /// Name of each object of the scene file, where it has one; empty for a model.
+    pub object_names: Vec<Option<String>>,
     /// Files that the description was read from, except the scene file itself.
     pub files: Vec<PathBuf>,
 }

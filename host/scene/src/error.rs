@@ -45,6 +45,14 @@ pub enum SceneError {
         /// Path of the file.
         path: PathBuf,
     },
+    /// The scene has warnings, and the user denies them.
+    #[error("{file}: `deny_warnings`: the warnings above ({count}) are errors")]
+    Denied {
+        /// Path of the file, or the name that stands for it.
+        file: String,
+        /// Number of warnings.
+        count: usize,
+    },
     /// A part of an imported file violates its format.
     #[error("{file}: {place}: {problem}; {remedy}")]
     Malformed {

@@ -1,6 +1,51 @@
 //! Names of a scene's parts as in the scene file, for findings and messages.
 
 use crate::description::{Description, Shape, ShapeKind};
+use std::collections::HashMap;
+
+/// Names of an object and of its material, as in the scene's file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PartName {
+    /// Name of the object: its field `name`, else its place in the file, or the name of its mesh.
+    pub object: String,
+    /// Name of the material.
+    pub material: String,
+}
+
+/// Returns the names of spheres, then of quads and discs, then of instances.
+pub(crate) fn all(scene: &Description) -> Vec<PartName> {
+    let material = |index: usize| match scene.materials.get(index) {
+        Some(material) if !material.name.is_empty() => material.name.clone(),
+        _ => format!("material {index}"),
+    };
+    let object = |objects: &[usize], index: usize| {
+        let object = *objects.get(index)?;
+        Some(
+            scene.object_names.get(object).cloned().flatten().unwrap_or_else(|| format!("objects[{object}]")),
+        )
+    };
+    let is_sphere = |shape: &&(usize, &Shape)| matches!(shape.1.kind, ShapeKind::Sphere { .. });
+    let shapes: Vec<(usize, &Shape)> = scene.shapes.iter().enumerate().collect();
+    let shapes = shapes.iter().filter(is_sphere).chain(shapes.iter().filter(|shape| !is_sphere(shape)));
+    let shapes = shapes.map(|(index, shape)| PartName {
+        object: object(&scene.shape_objects, *index).unwrap_or_else(|| format!("shape {index}")),
+        material: material(shape.material),
+    });
+    let mut counts: HashMap<&str, u32> = HashMap::new();
+    let instances = scene.instances.iter().enumerate().map(|(index, instance)| {
+        let mesh = scene.meshes.get(instance.mesh);
+        let name = mesh.map_or("", |mesh| mesh.name.as_str());
+        let of_file = object(&scene.instance_objects, index);
+        let object = of_file.unwrap_or_else(|| {
+            // Instances of one mesh, or of meshes of one name, have numbers from the second on.
+            let count = counts.entry(name).or_insert(0);
+            *count += 1;
+            if *count == 1 { name.to_owned() } else { format!("{name} {count}") }
+        });
+        PartName { object, material: material(mesh.map_or(usize::MAX, |mesh| mesh.material)) }
+    });
+    shapes.chain(instances).collect()
+}
 
 /// Returns the name of an analytic shape.
 pub(crate) fn shape(scene: &Description, index: usize, shape: &Shape) -> String {

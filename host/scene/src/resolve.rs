@@ -63,6 +63,7 @@ pub fn describe(
         }
         scene.shape_objects.resize(scene.shapes.len(), index);
         scene.instance_objects.resize(scene.instances.len(), index);
+        scene.object_names.push(object.name().map(str::to_owned));
     }
     if scene.cameras.is_empty() {
         return Err(source.inconsistent(

@@ -5,6 +5,7 @@ use super::description::{Description, TextureImage};
 use super::import::{Folder, Includes, ModelOptions};
 use super::loader::Loader;
 use super::medium::DensityGrid;
+use super::part_names::{self, PartName};
 use super::source::Source;
 use super::surroundings::{self, Surroundings};
 use super::{
@@ -199,8 +200,20 @@ impl SceneDocument {
     /// in the scene.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = self.description.warnings.clone();
-        warnings.extend(warnings::warnings(&self.description));
+        let aspect = f64::from(self.image.width) / f64::from(self.image.height.max(1));
+        warnings.extend(warnings::warnings(&self.description, aspect));
         warnings
+    }
+
+    /// Returns the names of all objects, as a renderer numbers them: spheres, then quads and discs,
+    /// then mesh instances, each in the order of the scene.
+    pub fn part_names(&self) -> Vec<PartName> {
+        let mut names = part_names::all(&self.description);
+        let ground = || "ground".to_owned();
+        names.extend(
+            self.description.ground.iter().map(|_| PartName { object: ground(), material: ground() }),
+        );
+        names
     }
 
     /// Makes the device records, in the file's space and then `space`.

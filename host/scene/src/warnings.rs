@@ -3,16 +3,21 @@
 mod glass;
 #[cfg(test)]
 mod tests;
+mod view;
 
 use super::description::{Description, Material};
 use crate::part_names as names;
 
-/// Returns a line for each kind of mistake.
-pub(super) fn warnings(scene: &Description) -> Vec<String> {
-    [no_light(scene), idle_portals(scene), glass::in_the_way(scene), texture_on_plane(scene)]
-        .into_iter()
-        .flatten()
-        .collect()
+/// Returns a line for each kind of mistake. The image's width is `aspect` times its height.
+pub(super) fn warnings(scene: &Description, aspect: f64) -> Vec<String> {
+    let lines = [
+        no_light(scene),
+        view::nothing(scene, aspect),
+        idle_portals(scene),
+        glass::in_the_way(scene),
+        texture_on_plane(scene),
+    ];
+    lines.into_iter().flatten().collect()
 }
 
 /// Warns if nothing in the scene emits.

@@ -83,8 +83,8 @@ pub struct ClusterBenchArgs {
     pub frames: u32,
 
     /// Folder for charts and data; created if it does not exist.
-    #[arg(short, long, value_name = "DIR", default_value = "cluster")]
-    pub out: PathBuf,
+    #[arg(short, long, alias = "out", value_name = "FOLDER", default_value = "cluster")]
+    pub output: PathBuf,
 }
 
 /// Arguments of `trisect bench report`.
@@ -116,8 +116,8 @@ pub struct ReportArgs {
     pub math: MathMode,
 
     /// Folder for report.html, charts and data; created if it does not exist.
-    #[arg(short, long, value_name = "DIR", default_value = "report")]
-    pub out: PathBuf,
+    #[arg(short, long, alias = "out", value_name = "FOLDER", default_value = "report")]
+    pub output: PathBuf,
 
     /// Render smaller images and fewer frames: takes minutes on two cores.
     #[arg(long)]

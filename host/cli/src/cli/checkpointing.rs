@@ -8,7 +8,6 @@ use std::path::PathBuf;
 use std::time::Duration;
 use trisect::checkpoint::SaveInterval;
 use trisect::device::Choice;
-use trisect::output::ToneMap;
 
 /// Options of checkpoints and of the end of a render.
 #[derive(Clone, Debug, Default, Args)]
@@ -26,7 +25,7 @@ pub struct CheckpointArgs {
     /// With --checkpoint: render only the samples from FIRST to END - 1. FIRST is a multiple of
     /// 256; END is one, too, or equals --spp. `trisect merge` combines the parts (default: all
     /// samples).
-    #[arg(long, value_name = "FIRST..END", value_parser = parse_samples, requires = "checkpoint")]
+    #[arg(long = "sample-range", alias = "samples", value_name = "FIRST..END", value_parser = parse_samples, requires = "checkpoint")]
     pub samples: Option<Samples>,
 
     /// Stop after this time, such as 30s, 5m or 2h, write what was rendered, and exit with code 7
@@ -57,12 +56,13 @@ impl CheckpointArgs {
     }
 }
 
-/// Value of `--samples`: range of sample indices.
+/// Value of `--sample-range`: range of sample indices.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Samples(pub Range<u32>);
 
 fn parse_samples(text: &str) -> Result<Samples, String> {
-    let (first, end) = text.split_once("..").ok_or("write it as FIRST..END, such as 0..256")?;
+    let hint = "write it as FIRST..END, such as 0..256; for a number of samples use --spp";
+    let (first, end) = text.split_once("..").ok_or(hint)?;
     let number = |text: &str| text.trim().parse::<u32>().map_err(|error| format!("{text}: {error}"));
     let (first, end) = (number(first)?, number(end)?);
     if first >= end { Err(format!("{first} is not before {end}")) } else { Ok(Samples(first..end)) }
@@ -88,15 +88,9 @@ pub struct ResumeArgs {
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
 
-    /// Exposure of the image file in stops; each doubles the radiance (default: as the first
-    /// command).
-    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = super::parse_stops)]
-    pub exposure: Option<f32>,
-
-    /// Curve from exposed radiance to the range of a display: none, filmic, agx or aces (default:
-    /// as the first command).
-    #[arg(long, value_name = "CURVE", value_parser = super::parse_tone_map)]
-    pub tonemap: Option<ToneMap>,
+    /// Encoding of the image file; defaults are those of the first command.
+    #[command(flatten)]
+    pub image: super::ImageFileArgs,
 
     /// Backend to render on; it must round as the first one did (default: as the first command).
     #[arg(long, value_enum)]
@@ -141,20 +135,14 @@ pub struct MergeArgs {
     #[arg(required = true)]
     pub files: Vec<PathBuf>,
 
-    /// Output file, not one of FILES: an image for .png (sRGB), .exr, .hdr or .pfm (linear), else a
+    /// Output file, not one of FILES: an image for .png, .jpg, .tif, .exr, .hdr or .pfm, else a
     /// checkpoint.
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
 
-    /// Exposure of an image in stops; each doubles the radiance (default: as the command of the
-    /// first checkpoint).
-    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = super::parse_stops)]
-    pub exposure: Option<f32>,
-
-    /// Curve from exposed radiance to the range of a display: none, filmic, agx or aces (default:
-    /// as the command of the first checkpoint).
-    #[arg(long, value_name = "CURVE", value_parser = super::parse_tone_map)]
-    pub tonemap: Option<ToneMap>,
+    /// Encoding of an image; defaults are those of the first checkpoint's command.
+    #[command(flatten)]
+    pub image: super::ImageFileArgs,
 }
 
 #[cfg(test)]

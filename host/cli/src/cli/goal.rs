@@ -88,7 +88,7 @@ impl GoalArgs {
         let JobArgs { roulette, roulette_depth, sampler, .. } = job;
         let timed = matches!(goal, Goal::Time(_));
         let free = Free {
-            roulette: roulette.is_none(),
+            roulette: roulette.is_none() && roulette_depth.is_none(),
             roulette_depth: roulette_depth.is_none(),
             sampler: sampler.is_none(),
             denoise: timed && filter.denoise.is_none(),

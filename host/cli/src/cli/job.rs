@@ -1,7 +1,7 @@
 //! Scene, settings and device: the options of all commands that render.
 
 use super::switch::Switch;
-use super::{SurroundingsArgs, parse_count, parse_resolution};
+use super::{CameraArgs, SurroundingsArgs, parse_count, parse_resolution};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 use trisect::bvh::BvhQuality;
@@ -29,6 +29,10 @@ pub struct JobArgs {
     /// Environment, sun and ground.
     #[command(flatten)]
     pub surroundings: SurroundingsArgs,
+
+    /// Camera in place of the scene's own.
+    #[command(flatten)]
+    pub camera: CameraArgs,
 
     /// Backend to render on.
     #[arg(long, value_enum, default_value_t = Choice::Auto)]
@@ -76,14 +80,18 @@ pub struct JobArgs {
     #[arg(long, value_enum)]
     pub roulette: Option<Switch>,
 
-    /// With --roulette on: first segment at which a path may end; the camera ray is segment 1
-    /// (default: 1; with a goal such as --budget: chosen).
+    /// First segment at which a path may end by roulette, which this option turns on; the camera
+    /// ray is segment 1 (default: 1; with a goal such as --budget: chosen).
     #[arg(long, value_name = "N", value_parser = parse_count)]
     pub roulette_depth: Option<u32>,
 
     /// True if a goal, such as that of `--budget`, may turn roulette on. Set by the program.
     #[arg(skip)]
     pub may_roulette: bool,
+
+    /// True if the names of objects are needed. Set by the program.
+    #[arg(skip)]
+    pub needs_names: bool,
 
     /// Source of random numbers (default: sobol; with a goal such as --budget: the better one).
     #[arg(long, value_enum)]
@@ -140,6 +148,10 @@ pub struct JobArgs {
     /// Build of the kernels; fast is available on cuda and wgpu.
     #[arg(long, value_enum, default_value_t = MathMode::Precise)]
     pub math: MathMode,
+
+    /// Exit with code 4 before rendering if there are warnings about the scene or the options.
+    #[arg(long)]
+    pub deny_warnings: bool,
 }
 
 /// Choices among what glTF models hold, unless the scene file makes them.
@@ -224,6 +236,11 @@ impl JobArgs {
         }
     }
 
+    /// Returns whether the options turn roulette on: a segment at which it begins does.
+    pub fn uses_roulette(&self) -> bool {
+        self.roulette.map_or(self.roulette_depth.is_some(), |switch| switch == Switch::On)
+    }
+
     /// Returns the settings of the render: those of the command line, and the scene's for the rest.
     pub fn settings(&self, scene: Settings) -> Settings {
         let follow = |given: u32, from: u32, to: u32| {
@@ -243,7 +260,7 @@ impl JobArgs {
             samples: self.spp.unwrap_or(scene.samples),
             depth: self.depth.unwrap_or(scene.depth),
             seed: self.seed.unwrap_or(scene.seed),
-            roulette: self.roulette == Some(Switch::On),
+            roulette: self.uses_roulette(),
             roulette_depth: self.roulette_depth.unwrap_or(scene.roulette_depth),
             sampler: self.sampler.unwrap_or(scene.sampler),
             light_sampling: self.light_sampling == Switch::On,

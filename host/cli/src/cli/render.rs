@@ -1,14 +1,18 @@
 //! Arguments of `trisect render`.
 
 use super::background::{Background, parse_background};
-use super::{CheckpointArgs, ClusterArgs, DenoiseArgs, GoalArgs, JobArgs, LogArgs, MotionArgs, parse_stops};
+use super::{
+    CheckpointArgs, ClusterArgs, DenoiseArgs, GoalArgs, ImageFileArgs, JobArgs, LogArgs, MotionArgs,
+};
 use clap::Args;
 use std::path::PathBuf;
 use trisect::adaptive::Request;
 use trisect::denoise::DenoiseError;
 use trisect::layers::Aov;
-use trisect::output::ToneMap;
 use trisect::output::exposure::Exposure;
+
+/// Image file, unless `--output` names one.
+pub const DEFAULT_OUTPUT: &str = "out.png";
 
 /// Arguments of `trisect render`.
 #[derive(Clone, Debug, Args)]
@@ -16,6 +20,12 @@ pub struct RenderArgs {
     /// Scene, settings and device.
     #[command(flatten)]
     pub job: JobArgs,
+
+    /// Further scenes, rendered one after another. In the names of --output and --stats, {scene}
+    /// then stands for the name of the scene's file without its extension (default of --output:
+    /// {scene}.png).
+    #[arg(value_name = "SCENES")]
+    pub more: Vec<PathBuf>,
 
     /// Numbered images, and motion blur.
     #[command(flatten)]
@@ -34,28 +44,24 @@ pub struct RenderArgs {
     pub checkpointing: CheckpointArgs,
 
     /// Additional layers of an .exr, separated by commas: normal, position, albedo, depth, id,
-    /// variance, samples. Position and depth are in scene units (default: none).
+    /// variance, samples, cryptomatte (mattes of objects and materials). Position and depth are in
+    /// scene units (default: none).
     #[arg(long, value_name = "LAYERS", value_delimiter = ',', value_parser = parse_aov)]
     pub aov: Vec<Aov>,
 
     /// Background where camera rays reach the sky, which lights the scene in any case: sky,
-    /// transparent (.png and .exr), or a colour, linear R,G,B or #rrggbb in sRGB.
+    /// transparent (.png, .tif and .exr), or a colour, linear R,G,B or #rrggbb in sRGB.
     #[arg(long, value_name = "sky|transparent|COLOUR", default_value = "sky", value_parser = parse_background)]
     pub background: Background,
 
-    /// Image file: .png (sRGB), .exr, .hdr or .pfm (linear).
-    #[arg(short, long, value_name = "FILE", default_value = "out.png")]
+    /// Image file: .png, .jpg or .tif (for a display), .exr, .hdr or .pfm (linear); - writes a .png
+    /// to standard output, exr:- an .exr.
+    #[arg(short, long, value_name = "FILE", default_value = DEFAULT_OUTPUT)]
     pub output: PathBuf,
 
-    /// Exposure of the image file in stops; each doubles the radiance (default: 0; for a model
-    /// without a scene file, in a .png, by the median luminance).
-    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = parse_stops)]
-    pub exposure: Option<f32>,
-
-    /// Curve from exposed radiance to the range of a display, for a .png: none (clipped at 1),
-    /// filmic, agx or aces.
-    #[arg(long, value_name = "CURVE", default_value = "none", value_parser = parse_tone_map)]
-    pub tonemap: ToneMap,
+    /// Encoding of the image file.
+    #[command(flatten)]
+    pub file: ImageFileArgs,
 
     /// Messages and statistics.
     #[command(flatten)]
@@ -78,16 +84,8 @@ impl RenderArgs {
 
     /// Returns the choice of the exposure of the image file.
     pub fn exposure(&self) -> Exposure {
-        self.job.exposure(self.exposure)
+        self.job.exposure(self.file.exposure)
     }
-}
-
-/// Parses the name of a tone map.
-pub fn parse_tone_map(text: &str) -> Result<ToneMap, String> {
-    ToneMap::ALL.into_iter().find(|(name, _)| *name == text).map(|(_, of)| of).ok_or_else(|| {
-        let names: Vec<&str> = ToneMap::ALL.into_iter().map(|(name, _)| name).collect();
-        format!("unknown curve; available: {}", names.join(", "))
-    })
 }
 
 fn parse_aov(text: &str) -> Result<Aov, String> {

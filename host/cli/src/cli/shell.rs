@@ -8,7 +8,7 @@ use std::path::PathBuf;
 #[derive(Clone, Debug, Args)]
 pub struct LogArgs {
     /// Write statistics of the render as JSON; `-` prints them to standard output (default: none).
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, visible_alias = "json", value_name = "FILE")]
     pub stats: Option<PathBuf>,
 
     /// Print warnings and errors only: no progress, no summary.

@@ -4,53 +4,35 @@ use crate::cli::Background;
 use std::path::Path;
 use trisect::film::Film;
 use trisect::image::{Image, ImageError};
-use trisect::layers::{Aov, FilmPlace, write as write_layers, write_with_alpha};
-use trisect::output::{self, Format};
+use trisect::output::{Channel, Encoding, Format, Picture};
 
 /// Checks that the format of an image has alpha, if it needs it.
 pub fn check(background: Background, path: &Path) -> Result<(), ImageError> {
-    let has_alpha = matches!(Format::of(path)?, Format::Png | Format::Exr);
-    match background == Background::Transparent && !has_alpha {
+    match background == Background::Transparent && !Format::of(path)?.has_alpha() {
         true => Err(ImageError::NoAlpha { path: path.to_owned() }),
         false => Ok(()),
     }
 }
 
-/// Writes the image of a film before a background, without layers. An exposure is applied to the
-/// image already; a background's colour has none.
-pub fn write(background: Background, image: &Image, film: &Film, path: &Path) -> Result<(), ImageError> {
-    check(background, path)?;
-    match (background, Format::of(path)?) {
-        (Background::Sky, _) => output::write(image, path),
-        (Background::Transparent, Format::Png) => {
-            output::write_transparent(image, &alpha_of(film, path)?, path)
-        }
-        (Background::Transparent, _) => write_with_alpha(image, film, path),
-        (Background::Color(color), _) => output::write(&over(image, &alpha_of(film, path)?, color), path),
-    }
-}
-
-/// Writes the image of a film as [`write`] does, with the layers `aov`. `stops` is the exposure
-/// that was applied to the image.
-pub fn write_with_layers(
+/// Writes the image of a film before a background, with layers. An exposure is applied to the image
+/// already; a background's colour has none.
+pub fn write(
     background: Background,
     image: &Image,
     film: &Film,
-    place: &FilmPlace<'_, impl Fn(Option<u32>) -> u32>,
-    (aov, stops): (&[Aov], f32),
-    path: &Path,
+    layers: Vec<Channel>,
+    (path, encoding): (&Path, &Encoding),
 ) -> Result<(), ImageError> {
-    if aov.is_empty() {
-        return write(background, image, film, path);
-    }
     check(background, path)?;
     match background {
-        Background::Sky => write_layers(image, film, place, aov, stops, path),
+        Background::Sky => Picture { layers, ..Picture::from(image) }.write(path, encoding),
         Background::Transparent => {
-            write_layers(image, film, place, &[aov, &[Aov::Alpha]].concat(), stops, path)
+            let alpha = alpha_of(film, path)?;
+            Picture { image, alpha: Some(&alpha), layers }.write(path, encoding)
         }
         Background::Color(color) => {
-            write_layers(&over(image, &alpha_of(film, path)?, color), film, place, aov, stops, path)
+            let image = over(image, &alpha_of(film, path)?, color);
+            Picture { layers, ..Picture::from(&image) }.write(path, encoding)
         }
     }
 }

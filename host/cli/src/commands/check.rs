@@ -39,9 +39,7 @@ pub fn run(arguments: &CheckArgs) -> Result<ExitCode, Error> {
         precision::write(&arguments.scene, &scene, Change::Space(report.best_space), path)?;
     }
     // Changes by the reader and losses by rounding are warnings in addition to the findings.
-    for warning in scene.warnings() {
-        super::eprint(&format!("warning: {warning}"));
-    }
+    let denied = super::warn(&scene.warnings(), &scene.name, arguments.deny_warnings);
     let text = if arguments.json {
         let json = serde_json::to_string_pretty(&report).map_err(|error| ImageError::Codec {
             path: arguments.scene.clone(),
@@ -57,7 +55,7 @@ pub fn run(arguments: &CheckArgs) -> Result<ExitCode, Error> {
     }
     match refused {
         Some(error) => Err(error),
-        None => Ok(if outside { ExitCode::from(OUTSIDE) } else { ExitCode::SUCCESS }),
+        None => denied.map(|()| if outside { ExitCode::from(OUTSIDE) } else { ExitCode::SUCCESS }),
     }
 }
 

@@ -185,7 +185,8 @@ impl RenderStart {
             .check_part(&trisect::film::SampleBlock { rows: 0..settings.height, samples: samples.clone() })?;
         // The saver copies the film before it writes it.
         let copy = if checkpoint.is_some() { Film::bytes_per_pixel(settings.guides) } else { 0 };
-        let identity = session.digest.map(|digest| Identity::new(&digest, settings, &session.renderer));
+        let digest = session.digest.filter(|_| checkpoint.is_some());
+        let identity = digest.map(|digest| Identity::new(&digest, settings, &session.renderer));
         if let (Some((place, Checkpoint { mut header, film })), Some(identity)) = (before, &identity) {
             if session.fell_back {
                 // The fallback continues the film: its arithmetic is recorded, as during a render.
@@ -208,6 +209,7 @@ impl RenderStart {
                 spp,
                 samples: samples.clone(),
                 seconds: 0.0,
+                camera: Some(session.camera_metadata()),
             }),
             None => None,
         };

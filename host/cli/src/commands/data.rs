@@ -4,10 +4,7 @@ use std::path::Path;
 use trisect::output;
 use trisect_lab::Error;
 
-/// Returns whether a path names standard output.
-pub fn is_stdout(path: &Path) -> bool {
-    path.as_os_str() == "-"
-}
+pub use output::is_stdout;
 
 /// Checks that data can be written to `path`, as [`output::probe`] does; standard output always
 /// passes.

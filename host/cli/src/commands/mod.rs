@@ -21,6 +21,7 @@ mod lab;
 mod render;
 mod report;
 pub mod resume;
+mod scenes;
 pub mod shell;
 mod signals;
 pub mod tradeoff;
@@ -28,13 +29,15 @@ mod view;
 
 pub use crate::terminal::{eprint, print};
 
-use crate::cli::{CheckpointArgs, ClusterArgs, FallbackArg, JobArgs};
+use crate::cli::{CheckpointArgs, ClusterArgs, FallbackArg, JobArgs, MetadataArg, RenderArgs};
+use std::thread;
 use std::time::Instant;
 use trisect::device::{self, Choice, Selection};
-use trisect::output::Outputs;
+use trisect::metadata;
+use trisect::output::{CameraMetadata, Outputs};
 use trisect::precision;
 use trisect::render::{KernelFeatures, MathMode, PreparedScene, Renderer, Settings, Summation};
-use trisect::scene::{Rebase, Scene, SceneDocument, SceneError};
+use trisect::scene::{PartName, Rebase, Scene, SceneDocument, SceneError};
 use trisect::threads::start_shared;
 use trisect_cluster::ClusterError;
 use trisect_lab::Error;
@@ -47,7 +50,8 @@ pub struct Session {
     pub settings: Settings,
     /// Name of the scene.
     pub name: String,
-    /// SHA-256 of the scene with all that it refers to; `None` if no checkpoint or rank needs it.
+    /// SHA-256 of the scene with all that it refers to; `None` if nothing
+    /// needs it.
     pub digest: Option<[u8; 32]>,
     /// Space in which the scene is computed.
     pub space: Rebase,
@@ -55,6 +59,8 @@ pub struct Session {
     pub choice: String,
     /// Choices made for a model without a scene file, as lines to print.
     pub notes: Vec<String>,
+    /// Names of the objects; empty unless the job needs them.
+    pub names: Vec<PartName>,
     /// Seconds of reading and validating the scene.
     pub load_seconds: f64,
     /// Seconds of opening the device.
@@ -74,6 +80,7 @@ pub struct Loaded {
     space: Rebase,
     warnings: Vec<String>,
     notes: Vec<String>,
+    names: Vec<PartName>,
     seconds: f64,
 }
 
@@ -99,27 +106,30 @@ impl Loaded {
     pub fn of_document(
         job: &JobArgs,
         outputs: &Outputs,
-        described: SceneDocument,
+        mut described: SceneDocument,
         start: Instant,
         lower: impl FnOnce(SceneDocument) -> Result<Scene, SceneError>,
     ) -> Result<Self, Error> {
+        described.choose_camera(&job.camera.choice())?;
         outputs.check_inputs("the scene", &job.scene)?;
         outputs.check_inputs("a file of the scene", &described.description.files)?;
         let settings = job.settings(described.image.into());
         settings.check()?;
         let beyond = precision::warnings(&described, &settings.image());
         let (space, notes) = (described.space, described.notes.clone());
+        let names = if job.needs_names { described.part_names() } else { Vec::new() };
         let scene = lower(described)?;
         let mut warnings = scene.warnings.clone();
         if !settings.light_sampling && !scene.lights.is_empty() {
             warnings.push("--light-sampling off: lights without extent stay dark".to_owned());
         }
         if job.roulette_depth.is_some() && !settings.roulette && !job.may_roulette {
-            warnings.push("--roulette-depth has no effect without --roulette on; add it".to_owned());
+            warnings.push("--roulette-depth has no effect with --roulette off; leave one out".to_owned());
         }
         let name = job.scene.as_ref().map_or_else(|| "SCENE".to_owned(), |path| path.display().to_string());
         warnings.extend(beyond.iter().map(|line| format!("{line}; for remedies: trisect check {name}")));
-        Ok(Self { scene, settings, space, warnings, notes, seconds: start.elapsed().as_secs_f64() })
+        let seconds = start.elapsed().as_secs_f64();
+        Ok(Self { scene, settings, space, warnings, notes, names, seconds })
     }
 
     /// Returns a scene that another rank has read, with the settings of `job`.
@@ -127,15 +137,17 @@ impl Loaded {
     pub fn of(scene: Scene, job: &JobArgs) -> Result<Self, Error> {
         let settings = job.settings(Settings::of(&scene));
         settings.check()?;
-        let (warnings, notes) = (Vec::new(), Vec::new());
-        Ok(Self { scene, settings, space: Rebase::IDENTITY, warnings, notes, seconds: 0.0 })
+        let (space, warnings, notes, names) = (Rebase::IDENTITY, Vec::new(), Vec::new(), Vec::new());
+        Ok(Self { scene, settings, space, warnings, notes, names, seconds: 0.0 })
     }
 
     /// Prints the warnings.
-    pub fn warn(&self) {
-        for warning in &self.warnings {
-            eprint(&format!("warning: {warning}"));
-        }
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError::Denied`] if there are some, and `job` denies them.
+    pub fn warn(&self, job: &JobArgs) -> Result<(), Error> {
+        warn(&self.warnings, &self.scene.name, job.deny_warnings)
     }
 
     /// Uploads the scene to a backend.
@@ -159,7 +171,7 @@ impl Loaded {
         let Self { ref scene, ref settings, space, seconds: load_seconds, .. } = *self;
         let renderer = Renderer::upload(selection.device, prepared)?;
         let (settings, name, choice) = (settings.clone(), scene.name.clone(), selection.why);
-        let notes = self.notes.clone();
+        let (notes, names) = (self.notes.clone(), self.names.clone());
         Ok(Session {
             renderer,
             settings,
@@ -168,6 +180,7 @@ impl Loaded {
             space,
             choice,
             notes,
+            names,
             load_seconds,
             open_seconds,
             fallback_scene: None,
@@ -194,23 +207,32 @@ pub fn fit_to_cpu(settings: &mut Settings) {
 
 impl Session {
     /// Reads the scene, checks the settings and opens the backend, as [`Session::open`] does. With
-    /// `--checkpoint` it also computes the scene's digest; with `--fallback` it opens the fallback
-    /// if the device cannot be opened.
-    pub fn open_with_checkpoint(
-        job: &JobArgs,
-        keep: &CheckpointArgs,
-        outputs: &Outputs,
-    ) -> Result<Self, Error> {
+    /// `--checkpoint` and for metadata it also computes the scene's digest, in the meantime; with
+    /// `--fallback` it opens the fallback if the device cannot be opened.
+    pub fn open_to_render(job: &JobArgs, arguments: &RenderArgs, outputs: &Outputs) -> Result<Self, Error> {
+        let keep = &arguments.checkpointing;
         let loaded = Loaded::read(job, outputs)?;
-        loaded.warn();
-        let digest = keep.checkpoint.is_some().then(|| loaded.scene.digest());
+        loaded.warn(job)?;
         let start = Instant::now();
-        let opened = open(job.backend, job.device, job.threads)
-            .and_then(|selection| loaded.on(selection, start.elapsed().as_secs_f64(), job));
+        let open = || {
+            open(job.backend, job.device, job.threads)
+                .and_then(|selection| loaded.on(selection, start.elapsed().as_secs_f64(), job))
+        };
+        let needs_digest = keep.checkpoint.is_some() || arguments.file.metadata() != MetadataArg::None;
+        let (opened, digest) = match needs_digest {
+            true => with_digest(&loaded.scene, open),
+            false => (open(), None),
+        };
         let session = Self::or_on_cpu(opened, &loaded, job, keep)?;
         let spare =
             keep.fallback.map(|_| loaded).filter(|_| session.renderer.device().info().backend != "cpu");
         Ok(Self { digest, fallback_scene: spare, ..session })
+    }
+
+    /// Returns the camera of the image, for its file.
+    pub fn camera_metadata(&self) -> CameraMetadata {
+        let Settings { width, height, .. } = self.settings;
+        metadata::camera(&self.renderer.camera(&self.settings), self.space, (width, height))
     }
 
     /// Returns the opened session, or with `--fallback` one on the CPU if the device cannot be
@@ -233,7 +255,36 @@ impl Session {
     /// Reads the scene, checks the settings and opens the backend. `outputs` are the files that the
     /// command will write.
     pub fn open(job: &JobArgs, outputs: &Outputs) -> Result<Self, Error> {
-        Self::open_with_checkpoint(job, &CheckpointArgs::default(), outputs)
+        let loaded = Loaded::read(job, outputs)?;
+        loaded.warn(job)?;
+        let start = Instant::now();
+        let selection = open(job.backend, job.device, job.threads)?;
+        Ok(loaded.on(selection, start.elapsed().as_secs_f64(), job)?)
+    }
+}
+
+/// Calls `open`, and computes the digest of the scene in the meantime.
+fn with_digest<T>(scene: &Scene, open: impl FnOnce() -> T) -> (T, Option<[u8; 32]>) {
+    thread::scope(|scope| {
+        let digest = thread::Builder::new().spawn_scoped(scope, || scene.digest());
+        let opened = open();
+        let digest = digest.ok().and_then(|digest| digest.join().ok());
+        (opened, Some(digest.unwrap_or_else(|| scene.digest())))
+    })
+}
+
+/// Prints warnings.
+///
+/// # Errors
+///
+/// [`SceneError::Denied`] of the scene `name` if there are some, and the user denies them.
+pub fn warn(warnings: &[impl std::fmt::Display], name: &str, deny: bool) -> Result<(), Error> {
+    for warning in warnings {
+        eprint(&format!("warning: {warning}"));
+    }
+    match warnings.len() {
+        count @ 1.. if deny => Err(SceneError::Denied { file: name.to_owned(), count }.into()),
+        _ => Ok(()),
     }
 }
 

@@ -22,7 +22,7 @@ use trisect::checkpoint::{self, Checkpoint, CheckpointError, Place, arithmetic};
 use trisect::denoise::Denoiser;
 use trisect::device::BackendError;
 use trisect::film::{Film, SampleBlock};
-use trisect::layers;
+use trisect::layers::{self, Aov};
 use trisect::output;
 use trisect::output::{Format, Outputs};
 use trisect::render::Settings;
@@ -36,8 +36,8 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     check(arguments)?;
     check_new(arguments)?;
 
-    let job = JobArgs { may_roulette: request.is_some(), ..arguments.job.clone() };
-    let mut session = Session::open_with_checkpoint(&job, &arguments.checkpointing, &outputs(arguments))?;
+    let job = JobArgs { may_roulette: request.is_some(), ..job(arguments) };
+    let mut session = Session::open_to_render(&job, arguments, &outputs(arguments))?;
     adapt(&mut session.settings, arguments, denoise.as_ref());
     if !arguments.log.quiet {
         announce(&session, &goal_text(&session, request.as_ref()));
@@ -49,13 +49,18 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     render_film(arguments, session, denoise, None, start)
 }
 
+/// Returns the job of a command, with what its outputs need.
+pub fn job(arguments: &RenderArgs) -> JobArgs {
+    JobArgs { needs_names: arguments.aov.contains(&Aov::Cryptomatte), ..arguments.job.clone() }
+}
+
 /// Returns the goal of a command for one process, and its filter, which a goal may replace. Prints
 /// warnings about options without effect.
 pub fn goal(arguments: &RenderArgs) -> Result<(Option<Request>, Option<Denoiser>), Error> {
     super::refuse_ranks(&arguments.cluster)?;
-    for line in arguments.goal.without_effect().into_iter().chain(arguments.motion.without_effect()) {
-        eprint(&format!("warning: {line}"));
-    }
+    let ignored: Vec<_> =
+        arguments.goal.without_effect().into_iter().chain(arguments.motion.without_effect()).collect();
+    super::warn(&ignored, "the options", arguments.job.deny_warnings)?;
     let request = arguments.request()?;
     let denoise = checked_denoiser(arguments)?;
     if let Some(request) = &request {
@@ -181,7 +186,9 @@ fn render_to_goal(
         watch.stop_reason().filter(|_| stats.sampling.as_ref().is_some_and(|sampling| sampling.ended));
     let (code, in_place) = match request.goal {
         Goal::Error { .. } => finish(arguments, &mut session, RenderOutput::Film(&film), stats, denoise)?,
-        Goal::Time(_) => write_outputs(arguments, &session, RenderOutput::Film(&film), stats, Some(image))?,
+        Goal::Time(_) => {
+            write_outputs(arguments, &mut session, RenderOutput::Film(&film), stats, Some(image))?
+        }
     };
     Ok(ended.filter(|_| in_place).map_or(code, StopReason::exit_code))
 }
@@ -209,7 +216,7 @@ pub fn check(arguments: &RenderArgs) -> Result<(), Error> {
         layers::check(&arguments.output, &arguments.aov)?;
     }
     background::check(arguments.background, &arguments.output)?;
-    arguments.tonemap.check(&arguments.output)?;
+    arguments.file.check(&arguments.output)?;
     outputs(arguments).check()?;
     output::probe(&arguments.output)?;
     if let Some(stats) = &arguments.log.stats {

@@ -14,7 +14,7 @@ use trisect_lab::bench::report::{Report, ReportPlan, is_output};
 pub fn run(arguments: &ReportArgs) -> Result<ExitCode, Error> {
     super::refuse_ranks_that_measure()?;
     // Creates the folder first: if that fails, no measurement is lost.
-    let out = &arguments.out;
+    let out = &arguments.output;
     std::fs::create_dir_all(out).map_err(|source| BenchError::Io { path: out.clone(), source })?;
     let scenes: Vec<SceneDocument> = arguments
         .scenes

@@ -1,7 +1,7 @@
 //! `trisect resume` continues a render from its checkpoint; `trisect merge` combines checkpoints.
 
 use super::{Session, background, eprint, render};
-use crate::cli::{Background, Cli, Command, MergeArgs, RenderArgs, ResumeArgs, Samples};
+use crate::cli::{Background, Cli, Command, MergeArgs, MetadataArg, RenderArgs, ResumeArgs, Samples};
 use clap::Parser;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -10,8 +10,9 @@ use trisect::checkpoint::{self, Checkpoint, CheckpointError, Header, Place};
 use trisect::device::{Choice, MathMode};
 use trisect::film::{Film, SampleBlock, Summation};
 use trisect::image::ImageError;
+use trisect::metadata;
 use trisect::output::exposure::Exposure;
-use trisect::output::{self, Format, Outputs, ToneMap};
+use trisect::output::{self, Format, Outputs};
 use trisect::threads::start_shared;
 use trisect_lab::Error;
 
@@ -26,8 +27,7 @@ pub fn run(arguments: &ResumeArgs) -> Result<ExitCode, Error> {
     check_output(arguments, &command)?;
     render::check(&command)?;
     let denoise = render::checked_denoiser(&command)?;
-    let mut session =
-        Session::open_with_checkpoint(&command.job, &command.checkpointing, &render::outputs(&command))?;
+    let mut session = Session::open_to_render(&render::job(&command), &command, &render::outputs(&command))?;
     session.settings.guides = !checkpoint.film.aovs.is_empty();
     session.settings.hidden_sky = command.background.hides_sky();
     // The scene may have another number of samples than the checkpoint, whose number counts.
@@ -68,9 +68,12 @@ pub fn command(arguments: &ResumeArgs, header: &Header) -> Result<RenderArgs, Er
     let at = |path: PathBuf| header.folder.join(path);
     command.job.scene = arguments.scene.clone().or(command.job.scene.map(at));
     command.job.surroundings.in_folder(&header.folder);
-    command.output = arguments.output.clone().unwrap_or_else(|| at(command.output.clone()));
-    command.exposure = arguments.exposure.or(command.exposure);
-    command.tonemap = tone_map(arguments.tonemap, command.tonemap, &command.output);
+    command.output = match &arguments.output {
+        Some(output) => output.clone(),
+        None if output::is_stdout(&command.output) => command.output,
+        None => at(command.output),
+    };
+    command.file = arguments.image.or(&command.file, &command.output);
     // The path of statistics is that of the new command; the caller checks the image's path.
     command.log.stats = arguments.log.stats.clone();
     command.job.includes.allow_outside |= arguments.includes.allow_outside;
@@ -102,6 +105,7 @@ pub fn command(arguments: &ResumeArgs, header: &Header) -> Result<RenderArgs, Er
 pub fn check_output(arguments: &ResumeArgs, command: &RenderArgs) -> Result<(), Error> {
     match &arguments.output {
         Some(_) => Ok(()),
+        None if output::is_stdout(&command.output) => Ok(()),
         None => Ok(output::check_stored(&command.output, &arguments.file)?),
     }
 }
@@ -116,7 +120,7 @@ pub fn merge(arguments: &MergeArgs) -> Result<ExitCode, Error> {
         return Err(ImageError::UnknownExtension { path: arguments.output.clone() }.into());
     }
     if as_image {
-        arguments.tonemap.map_or(Ok(()), |tone_map| tone_map.check(&arguments.output))?;
+        arguments.image.check(&arguments.output)?;
         output::probe(&arguments.output)?;
     } else {
         checkpoint::probe(&arguments.output)?;
@@ -129,27 +133,7 @@ pub fn merge(arguments: &MergeArgs) -> Result<ExitCode, Error> {
         sum.merge(path, &Checkpoint::read(path)?)?;
     }
     if as_image {
-        let mut image = sum.film.image();
-        let command = render_command(&sum.header);
-        if command
-            .as_ref()
-            .is_some_and(|command| command.denoise.denoise.is_some() || !command.aov.is_empty())
-        {
-            eprint(
-                "warning: the image is not denoised and has no layers, although the render's command asks \
-                 for one of them; merge to a checkpoint and resume that",
-            );
-        }
-        let exposed = exposure(arguments, command.as_ref()).of(&image, &arguments.output);
-        exposed.apply(&mut image);
-        let background = command.as_ref().map_or(Background::Sky, |command| command.background);
-        let of_command = command.as_ref().map_or(ToneMap::None, |command| command.tonemap);
-        let tone_map = tone_map(arguments.tonemap, of_command, &arguments.output);
-        tone_map.apply(&mut image, background::alpha_behind(background, &sum.film).as_deref());
-        background::write(background, &image, &sum.film, &arguments.output)?;
-        if let Some(automatic) = exposed.automatic {
-            eprint(&automatic.to_string());
-        }
+        write_image(arguments, &sum)?;
     } else {
         sum.write(&arguments.output)?;
     }
@@ -184,26 +168,52 @@ fn render_command(header: &Header) -> Option<RenderArgs> {
     }
 }
 
-/// Returns the tone map of an image at `path`: the option's, or that of the render's command if the
-/// format is for a display.
-fn tone_map(given: Option<ToneMap>, of_command: ToneMap, path: &Path) -> ToneMap {
-    let inherited = if of_command.check(path).is_ok() { of_command } else { ToneMap::None };
-    given.unwrap_or(inherited)
-}
-
-/// Returns the exposure of a merged image: `--exposure`, or that of the render's `command`.
-fn exposure(arguments: &MergeArgs, command: Option<&RenderArgs>) -> Exposure {
-    match (arguments.exposure, command) {
-        (Some(stops), _) => Exposure::Stops(stops),
-        (None, Some(command)) => command.exposure(),
-        (None, None) => Exposure::Stops(0.0),
+/// Writes the image of merged checkpoints as the command of the first one asks.
+fn write_image(arguments: &MergeArgs, sum: &Checkpoint) -> Result<(), Error> {
+    let (path, film) = (&arguments.output, &sum.film);
+    let mut image = film.image();
+    let command = render_command(&sum.header);
+    let asks = |command: &RenderArgs| command.denoise.denoise.is_some() || !command.aov.is_empty();
+    if command.as_ref().is_some_and(asks) {
+        eprint(
+            "warning: the image is not denoised and has no layers, although the render's command asks \
+             for one of them; merge to a checkpoint and resume that",
+        );
     }
+    let file = match &command {
+        Some(command) => arguments.image.or(&command.file, path),
+        None => arguments.image.clone(),
+    };
+    let exposure = match (&command, file.exposure) {
+        (_, Some(stops)) => Exposure::Stops(stops),
+        (Some(command), None) => command.exposure(),
+        (None, None) => Exposure::Stops(0.0),
+    };
+    let exposed = exposure.of(&image, path);
+    exposed.apply(&mut image);
+    let background = command.as_ref().map_or(Background::Sky, |command| command.background);
+    file.tone_map().apply(&mut image, background::alpha_behind(background, film).as_deref());
+    let mut encoding = file.encoding();
+    if file.metadata() != MetadataArg::None {
+        let math = command.as_ref().map_or(MathMode::Precise, |command| command.job.math);
+        let fingerprint = sum.header.identity.fingerprint_with(math);
+        let samples = film.counts().samples as f64 / film.pixels.len().max(1) as f64;
+        let mut metadata = metadata::of_image(&sum.header.scene, samples, &fingerprint);
+        metadata::add_display(&mut metadata, exposed.stops, file.tone_map());
+        metadata.camera = sum.header.camera;
+        encoding.metadata = metadata;
+    }
+    background::write(background, &image, film, Vec::new(), (path, &encoding))?;
+    if let Some(automatic) = exposed.automatic {
+        eprint(&automatic.to_string());
+    }
+    Ok(())
 }
 
 /// Returns whether the extension is that of an image format that cannot be written. A checkpoint of
 /// such a name would hardly be what the user wants.
 fn is_other_image(path: &Path) -> bool {
-    const OTHERS: [&str; 8] = ["jpg", "jpeg", "tif", "tiff", "bmp", "gif", "webp", "tga"];
+    const OTHERS: [&str; 4] = ["bmp", "gif", "webp", "tga"];
     let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
     extension.is_some_and(|extension| OTHERS.contains(&extension.as_str()))
 }

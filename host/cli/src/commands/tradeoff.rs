@@ -46,7 +46,7 @@ struct LabSetup {
 impl LabSetup {
     fn new(job: &JobArgs, outputs: &Outputs) -> Result<Self, Error> {
         let loaded = Loaded::read(job, outputs)?;
-        loaded.warn();
+        loaded.warn(job)?;
         let selection = open(job.backend, job.device, job.threads)?;
         let fast = selection.device.info().backend != "cpu";
         let base = Configuration::base(&loaded.settings, job.bvh_quality);

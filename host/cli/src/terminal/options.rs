@@ -4,11 +4,12 @@
 use std::borrow::Cow;
 
 /// Settings whose options have their names.
-const OPTIONS: [&str; 40] = [
+const OPTIONS: [&str; 43] = [
     "allow_outside",
     "aov",
     "background",
     "backend",
+    "bits",
     "block",
     "budget",
     "cache",
@@ -20,10 +21,12 @@ const OPTIONS: [&str; 40] = [
     "denoise_depth",
     "denoise_levels",
     "denoise_normal",
+    "deny_warnings",
     "device",
     "distribute",
     "exposure",
     "first",
+    "gamma",
     "ground",
     "last",
     "math",

@@ -1,5 +1,6 @@
 //! Checks that no output of a command is another output or one of its inputs.
 
+use super::is_stdout;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -18,6 +19,14 @@ pub enum ConflictError {
         first: &'static str,
         /// Option of the second output.
         second: &'static str,
+    },
+    /// Several scenes would be written to one file.
+    #[error("{}: several scenes have one name for {option}; put {{scene}} into it", path.display())]
+    Several {
+        /// Path that the option gives.
+        path: PathBuf,
+        /// Option of the output.
+        option: &'static str,
     },
     /// An output is an input.
     #[error("{}: {output} would overwrite {input}, {}; name another file", path.display(), read.display())]
@@ -47,6 +56,8 @@ pub enum ConflictError {
 pub struct Outputs {
     files: Vec<(&'static str, PathBuf)>,
     folders: Vec<Folder>,
+    /// Options that name standard output.
+    stdout: Vec<&'static str>,
 }
 
 /// Folder to which a command writes files; `writes` returns whether it writes one of this name.
@@ -81,11 +92,12 @@ impl Folder {
 
 impl Outputs {
     /// Adds a file. An existing path that is not a regular file, such as `/dev/null`, conflicts
-    /// with nothing, nor does `-`, standard output.
+    /// with nothing; standard output conflicts with itself only.
     #[must_use]
     pub fn file(mut self, option: &'static str, path: Option<&Path>) -> Self {
-        let path = path
-            .filter(|path| path.as_os_str() != "-" && path.metadata().map_or(true, |facts| facts.is_file()));
+        self.stdout.extend(path.filter(|path| is_stdout(path)).map(|_| option));
+        let path =
+            path.filter(|path| !is_stdout(path) && path.metadata().map_or(true, |facts| facts.is_file()));
         self.files.extend(path.map(|path| (option, path.to_owned())));
         self
     }
@@ -109,8 +121,12 @@ impl Outputs {
     ///
     /// Returns [`ConflictError::Outputs`] for the first two that are.
     pub fn check(&self) -> Result<(), ConflictError> {
+        if let [first, second, ..] = self.stdout.as_slice() {
+            return Err(ConflictError::Outputs { path: "standard output".into(), first, second });
+        }
         for (index, (second, path)) in self.files.iter().enumerate() {
-            let others = Self { files: self.files[..index].to_vec(), folders: self.folders.clone() };
+            let (files, folders) = (self.files[..index].to_vec(), self.folders.clone());
+            let others = Self { files, folders, stdout: Vec::new() };
             if let Some(first) = others.writes(path) {
                 return Err(ConflictError::Outputs { path: path.clone(), first, second });
             }

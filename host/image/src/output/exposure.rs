@@ -32,8 +32,8 @@ const BACKGROUNDS: [[f32; 3]; 2] = [[0.0; 3], [1.0; 3]];
 /// Choice of the exposure of an image file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Exposure {
-    /// Exposure from the median luminance, in files for a display (PNG); formats of linear radiance
-    /// are unchanged.
+    /// Exposure from the median luminance, in files for a display; formats of linear radiance are
+    /// unchanged.
     Automatic,
     /// Number of stops, in files of any format; each doubles the radiance.
     Stops(f32),
@@ -64,7 +64,7 @@ impl Exposure {
     pub fn of(self, image: &Image, path: &Path) -> Exposed {
         match self {
             Self::Stops(stops) => Exposed { stops, automatic: None },
-            Self::Automatic if matches!(Format::of(path), Ok(Format::Png)) => {
+            Self::Automatic if Format::of(path).is_ok_and(Format::is_display) => {
                 let automatic = Automatic::of(image);
                 Exposed { stops: automatic.stops, automatic: Some(automatic) }
             }

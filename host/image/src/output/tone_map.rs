@@ -38,8 +38,8 @@ impl ToneMap {
     ///
     /// [`ImageError::NoDisplay`] for a format of linear radiance.
     pub fn check(self, path: &Path) -> Result<(), ImageError> {
-        match self != Self::None && Format::of(path)? != Format::Png {
-            true => Err(ImageError::NoDisplay { path: path.to_owned() }),
+        match self != Self::None && !Format::of(path)?.is_display() {
+            true => Err(ImageError::NoDisplay { path: path.to_owned(), option: "tonemap" }),
             false => Ok(()),
         }
     }

@@ -5,7 +5,7 @@
 use crate::error::Difference;
 use crate::render::{Fingerprint, MathMode, Renderer, Settings};
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde_json::{Value, json};
 use trisect_device::DeviceInfo;
 
 /// Separator between the arithmetics of a film that several devices rendered.
@@ -49,6 +49,13 @@ impl Identity {
         // A film may have several arithmetics.
         fingerprint.settings.remove("math");
         Self { fingerprint, prepared: format!("{prepared:08x}"), arithmetic }
+    }
+
+    /// Returns the fingerprint of a render with this `math`, as [`Renderer::fingerprint`] does.
+    pub fn fingerprint_with(&self, math: MathMode) -> Fingerprint {
+        let mut fingerprint = self.fingerprint.clone();
+        fingerprint.settings.insert("math".to_owned(), json!(math));
+        fingerprint
     }
 
     /// Returns the samples per pixel of the complete image; `None` if they are not recorded.

@@ -23,6 +23,7 @@ use serde::{Deserialize, Serialize};
 use std::io;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use trisect_image::output::CameraMetadata;
 use trisect_shared::film::CHUNK_SAMPLES;
 use trisect_system::atomic_file::{self, Claim};
 use trisect_system::checksummed_file::{self, ChecksummedFileError, Contents};
@@ -56,6 +57,9 @@ pub struct Header {
     pub samples: Range<u32>,
     /// Rendering time so far, in seconds.
     pub seconds: f64,
+    /// Camera of the image, for the metadata of its file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub camera: Option<CameraMetadata>,
 }
 
 /// Header as it is stored, with the size and parts of the film.

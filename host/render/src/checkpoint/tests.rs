@@ -44,6 +44,7 @@ fn checkpoint(parts: &[SampleBlock]) -> Checkpoint {
         spp: 1024,
         samples: 0..1024,
         seconds: 1.5,
+        camera: None,
     };
     Checkpoint { header, film: film(parts) }
 }

@@ -105,7 +105,8 @@ impl Error {
                 | ImageError::NoLayers { .. }
                 | ImageError::LayerTwice { .. }
                 | ImageError::NoAlpha { .. }
-                | ImageError::NoDisplay { .. },
+                | ImageError::NoDisplay { .. }
+                | ImageError::No16Bits { .. },
             ) => 2,
             Self::Image(_) | Self::Metrics(_) | Self::Film(_) | Self::Checkpoint(_) | Self::Cancelled => 1,
         }

@@ -86,7 +86,7 @@ impl Renderer {
     }
 
     /// Renders as [`render_missing`](Self::render_missing) does; the samples may split a chunk.
-    pub(super) fn render_samples(
+    pub(crate) fn render_samples(
         &mut self,
         film: &mut Film,
         settings: &Settings,

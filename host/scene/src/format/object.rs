@@ -23,6 +23,9 @@ pub enum Object<'a> {
         /// A name from `materials`.
         #[serde(borrow)]
         material: Name<'a>,
+        /// Name of the object, for mattes; default: its place in the file.
+        #[serde(default, deserialize_with = "some")]
+        name: Option<String>,
     },
     /// A parallelogram.
     Quad {
@@ -35,6 +38,9 @@ pub enum Object<'a> {
         /// A name from `materials`.
         #[serde(borrow)]
         material: Name<'a>,
+        /// Name of the object, for mattes; default: its place in the file.
+        #[serde(default, deserialize_with = "some")]
+        name: Option<String>,
     },
     /// A disc.
     Disc {
@@ -47,6 +53,9 @@ pub enum Object<'a> {
         /// A name from `materials`.
         #[serde(borrow)]
         material: Name<'a>,
+        /// Name of the object, for mattes; default: its place in the file.
+        #[serde(default, deserialize_with = "some")]
+        name: Option<String>,
     },
     /// An infinite plane: a disc of the maximum radius.
     Plane {
@@ -57,6 +66,9 @@ pub enum Object<'a> {
         /// A name from `materials`.
         #[serde(borrow)]
         material: Name<'a>,
+        /// Name of the object, for mattes; default: its place in the file.
+        #[serde(default, deserialize_with = "some")]
+        name: Option<String>,
     },
     /// Six parallelograms that bound a box.
     Box {
@@ -70,6 +82,9 @@ pub enum Object<'a> {
         /// A name from `materials`.
         #[serde(borrow)]
         material: Name<'a>,
+        /// Name of the object, for mattes; default: its place in the file.
+        #[serde(default, deserialize_with = "some")]
+        name: Option<String>,
     },
     /// A model from another file.
     Mesh {
@@ -91,6 +106,9 @@ pub enum Object<'a> {
         /// Name of the variant of the file's materials; default: none.
         #[serde(default, deserialize_with = "some")]
         variant: Option<String>,
+        /// Name of the object, for mattes; default: its place in the file.
+        #[serde(default, deserialize_with = "some")]
+        name: Option<String>,
     },
 }
 
@@ -112,6 +130,18 @@ impl<'a> Object<'a> {
             | Self::Plane { material, .. }
             | Self::Box { material, .. } => Some(material),
             Self::Mesh { material, .. } => material.as_ref(),
+        }
+    }
+
+    /// Returns the object's name, if it has one.
+    pub fn name(&self) -> Option<&str> {
+        match self {
+            Self::Sphere { name, .. }
+            | Self::Quad { name, .. }
+            | Self::Disc { name, .. }
+            | Self::Plane { name, .. }
+            | Self::Box { name, .. }
+            | Self::Mesh { name, .. } => name.as_deref(),
         }
     }
 

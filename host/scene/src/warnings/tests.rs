@@ -12,7 +12,7 @@ fn scene(sky: &str, lights: &str, objects: &str) -> Vec<String> {
          lights: [{lights}])"
     );
     let described = SceneDocument::parse(&text, "a.ron").unwrap_or_else(|error| panic!("{error}"));
-    super::warnings(&described.description)
+    super::warnings(&described.description, 1.5)
 }
 
 #[test]
@@ -113,7 +113,7 @@ fn a_texture_on_a_plane() {
         let written = image::RgbImage::new(1, 1).save(folder.join("t.png"));
         assert!(written.is_ok() && std::fs::write(&path, text).is_ok());
         let described = SceneDocument::load(&path).unwrap_or_else(|error| panic!("{error}"));
-        super::warnings(&described.description)
+        super::warnings(&described.description, 1.5)
     };
     let plane = "Plane(point: (0, 0, 0), normal: (0, 1, 0), material: \"t\")";
     let found = said(&format!("{plane}, {plane}"));

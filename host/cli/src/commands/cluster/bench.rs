@@ -14,7 +14,7 @@ use trisect_lab::bench::cluster::{self, ClusterBench, ClusterBenchPlan};
 pub fn run(arguments: &ClusterBenchArgs) -> Result<ExitCode, Error> {
     let mut crew = ClusterSession::start(&arguments.ranks, arguments.job.threads)?;
     let all = crew.link.ranks();
-    let out = arguments.out.clone();
+    let out = arguments.output.clone();
     let check = move || {
         let io = |source| BenchError::Io { path: out.clone(), source };
         std::fs::create_dir_all(&out).map_err(io)?;
@@ -67,7 +67,7 @@ pub fn run(arguments: &ClusterBenchArgs) -> Result<ExitCode, Error> {
     );
     match measured {
         Ok((_, Some(bench))) => {
-            for file in bench.write(&arguments.out)? {
+            for file in bench.write(&arguments.output)? {
                 super::super::eprint(&format!("wrote {}", file.display()));
             }
             super::super::print(&bench.summary())?;

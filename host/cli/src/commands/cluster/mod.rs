@@ -171,11 +171,10 @@ impl ClusterSession {
         }
         let loaded = self.link.run_while_polling(move || {
             let outputs = check()?;
-            Loaded::read(&job, &outputs)
+            let loaded = Loaded::read(&job, &outputs)?;
+            loaded.warn(&job)?;
+            Ok(loaded)
         })?;
-        if let Ok(loaded) = &loaded {
-            loaded.warn();
-        }
         if ranks.broadcast_scene {
             // If the root has no scene, the others fail to decode the empty message, and report
             // that.

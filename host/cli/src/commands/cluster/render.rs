@@ -16,7 +16,7 @@ use trisect::Error::Cancelled;
 use trisect::checkpoint::{Checkpoint, Header, Place, arithmetic};
 use trisect::device::DeviceInfo;
 use trisect::image::Image;
-use trisect::output::{self, Format, ToneMap};
+use trisect::output::{self, Format, Metadata, Picture};
 use trisect::render::Settings;
 use trisect_cluster::{
     AssembledImage, ClusterError, ClusterPlan, DistributionMode, Failure, ResumableFilm, WireFormat, Work,
@@ -138,7 +138,7 @@ fn begin(
         }
         Ok(single::outputs(&checked))
     };
-    let session = crew.assemble(&arguments.job, &arguments.cluster.ranks, check, adjust)?;
+    let session = crew.assemble(&single::job(arguments), &arguments.cluster.ranks, check, adjust)?;
     if crew.link.is_root() {
         let ignored = arguments.goal.without_effect().into_iter().chain(arguments.cluster.without_effect());
         ignored.for_each(|line| eprint(&format!("warning: {line}")));
@@ -230,7 +230,7 @@ fn wire_format(arguments: &RenderArgs, settings: &Settings, plan: &ClusterPlan, 
         if most.len() <= 256 { WireFormat::Chunk } else { WireFormat::Mean }
     } else if matches!(Format::of(&arguments.output), Ok(Format::Png))
         && arguments.exposure().is_none()
-        && arguments.tonemap == ToneMap::None
+        && arguments.file.is_plain()
     {
         WireFormat::Bytes
     } else {
@@ -248,12 +248,12 @@ fn keep(arguments: &RenderArgs, watch: Option<RenderSupervisor>, partial: &Assem
     }
     let exposed = |mut image: Image, alpha: Option<&[f32]>, path: &Path| {
         arguments.exposure().of(&image, path).apply(&mut image);
-        arguments.tonemap.apply(&mut image, alpha);
-        Ok(output::write(&image, path)?)
+        arguments.file.tone_map().apply(&mut image, alpha);
+        Ok(Picture::from(&image).write(path, &arguments.file.encoding())?)
     };
     let written = or_fallback_path(&arguments.output, |path| match partial {
         AssembledImage::Bytes { width, height, bytes } => {
-            Ok(output::write_bytes(*width, *height, bytes, path)?)
+            Ok(output::write_bytes((*width, *height), bytes, path, &Metadata::default())?)
         }
         AssembledImage::Color(image) => exposed(image.clone(), None, path),
         AssembledImage::Film(film) => {

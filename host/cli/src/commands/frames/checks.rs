@@ -29,9 +29,10 @@ pub fn refuse(arguments: &RenderArgs) -> Result<(), MotionError> {
         if let Some((what, _)) = goals.into_iter().find(|goal| goal.1) {
             return error(what, "--shutter", "its samples are divided over moments: name --spp");
         }
-        if arguments.aov.contains(&Aov::Id) {
+        let one_moment = [("--aov id", Aov::Id), ("--aov cryptomatte", Aov::Cryptomatte)];
+        if let Some((what, _)) = one_moment.into_iter().find(|(_, aov)| arguments.aov.contains(aov)) {
             return error(
-                "--aov id",
+                what,
                 "--shutter",
                 "a pixel shows several moments: render the layer without --shutter",
             );

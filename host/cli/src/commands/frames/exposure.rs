@@ -22,7 +22,7 @@ pub fn first_frame(arguments: &RenderArgs) -> u32 {
 
 /// Returns whether the images have an exposure that depends on one of them.
 pub fn is_automatic(arguments: &RenderArgs) -> bool {
-    arguments.exposure() == Exposure::Automatic && matches!(Format::of(&arguments.output), Ok(Format::Png))
+    arguments.exposure() == Exposure::Automatic && Format::of(&arguments.output).is_ok_and(Format::is_display)
 }
 
 impl Job<'_> {
@@ -31,7 +31,7 @@ impl Job<'_> {
     /// `None` if the render was interrupted.
     pub(super) fn exposure_before(&self, stage: &mut Stage, first: u32) -> Result<Option<f32>, Error> {
         if first == 0 || !is_automatic(self.arguments) {
-            return Ok(self.arguments.exposure);
+            return Ok(self.arguments.file.exposure);
         }
         let quiet = self.arguments.log.quiet;
         if !quiet {

@@ -73,11 +73,11 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     };
     let outputs = files.as_ref().map_or_else(|| single::outputs(arguments), FrameFiles::outputs);
     let option = arguments.motion.option().unwrap_or_default();
-    let job_arguments = JobArgs { may_roulette: request.is_some(), ..arguments.job.clone() };
+    let job_arguments = JobArgs { may_roulette: request.is_some(), ..single::job(arguments) };
     let first = exposure::first_frame(arguments);
     let of_start = arguments.job.model.time.unwrap_or(0.0);
     let time = |frame: u32| of_start + f64::from(frame) / arguments.motion.fps();
-    let mut stage = Stage::open(job_arguments, &arguments.checkpointing, outputs, option, time(first))?;
+    let mut stage = Stage::open(job_arguments, arguments, outputs, option, time(first))?;
     single::adapt(&mut stage.session.settings, arguments, denoise.as_ref());
     if !arguments.log.quiet {
         announce(&stage.session, &aim(arguments, &goal_text(&stage.session, request.as_ref())));
@@ -136,7 +136,7 @@ impl Job<'_> {
             if frame == 0 && exposure::is_automatic(&arguments) {
                 exposure = Some(self.exposure_of(&rendered));
             }
-            arguments.exposure = exposure;
+            arguments.file.exposure = exposure;
             // The line below is shorter than the summary of an image.
             arguments.log.quiet = !self.arguments.log.verbose;
             let Rendered { film, stats, image, .. } = rendered;
@@ -180,7 +180,7 @@ impl Job<'_> {
             _ => format!("frames {} to {} are complete", frames.start, next - 1),
         };
         // Without it frame 0 is rendered again.
-        let exposure = exposure.filter(|_| self.arguments.exposure.is_none());
+        let exposure = exposure.filter(|_| self.arguments.file.exposure.is_none());
         let exposure = exposure.map_or_else(String::new, |stops| format!(" --exposure {stops}"));
         eprint(&format!(
             "ended before frame {next} was finished: {complete}; continue with --frames {next}..{}{exposure}",

@@ -1,7 +1,7 @@
 //! A scene that moves, on a device.
 
 use super::super::{Loaded, Session, eprint, fit_to_cpu, open};
-use crate::cli::{CheckpointArgs, JobArgs};
+use crate::cli::{JobArgs, MetadataArg, RenderArgs};
 use std::collections::HashSet;
 use std::time::Instant;
 use trisect::device::Choice;
@@ -34,14 +34,15 @@ pub struct Stage {
 
 impl Stage {
     /// Reads the scene of a command whose option `option` makes it move, and uploads it at a time
-    /// in seconds, after the checks of [`Session::open_with_checkpoint`].
+    /// in seconds, after the checks of [`Session::open_to_render`].
     pub fn open(
         job: JobArgs,
-        keep: &CheckpointArgs,
+        arguments: &RenderArgs,
         outputs: Outputs,
         option: &'static str,
         time: f64,
     ) -> Result<Self, Error> {
+        let keep = &arguments.checkpointing;
         let start = Instant::now();
         let path = job.scene.as_ref().ok_or(MotionError::BuiltIn { option })?;
         outputs.check_inputs("the scene", &job.scene)?;
@@ -50,14 +51,16 @@ impl Stage {
         animated.sharing = job.instances.into();
         let document = animated.document(time)?;
         let loaded = Loaded::of_document(&job, &outputs, document, start, |of| animated.lower(of))?;
-        loaded.warn();
+        loaded.warn(&job)?;
         let said = loaded.warnings.iter().cloned().collect();
         let mut prepared = PreparedScene::new(&loaded.scene, job.bvh_quality)?;
         let start = Instant::now();
         let opened = open(job.backend, job.device, job.threads).and_then(|selection| {
             loaded.prepared_on(&mut prepared, selection, start.elapsed().as_secs_f64())
         });
-        let session = Session::or_on_cpu(opened, &loaded, &job, keep)?;
+        let mut session = Session::or_on_cpu(opened, &loaded, &job, keep)?;
+        let has_metadata = arguments.file.metadata() != MetadataArg::None;
+        session.digest = has_metadata.then(|| loaded.scene.digest());
         let tree = Some(prepared.into_tree());
         let (scene, falls_back) = (loaded.scene, keep.fallback.is_some());
         Ok(Self { session, scene, trees: (0, 1), animated, job, falls_back, outputs, tree, time, said })
@@ -113,6 +116,9 @@ impl Stage {
             Some(open(Choice::Cpu, None, self.job.threads).map(|selection| selection.device))
         })?;
         self.tree = Some(prepared.into_tree());
+        if let Some(digest) = &mut self.session.digest {
+            *digest = scene.digest();
+        }
         (self.scene, self.time) = (scene, time);
         Ok(())
     }

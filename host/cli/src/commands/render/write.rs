@@ -2,17 +2,21 @@
 
 use super::super::fallback_path::or_fallback_path;
 use super::super::{Session, background, data, eprint};
-use crate::cli::{Background, RenderArgs};
+use crate::cli::{MetadataArg, RenderArgs};
+use crate::progress::Bar;
 use std::borrow::Cow;
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
+use trisect::cryptomatte::{self, Cryptomatte};
 use trisect::denoise::Denoiser;
 use trisect::film::Film;
 use trisect::image::{Image, ImageError};
-use trisect::layers::{Aov, FilmPlace};
+use trisect::layers::{Aov, FilmPlace, layers};
+use trisect::metadata;
+use trisect::output;
 use trisect::output::exposure::Exposed;
-use trisect::output::{self, ToneMap};
+use trisect::output::{Encoding, Format, Metadata, Picture, ToneMap, exceeds_half};
 use trisect::stats::RenderStats;
 use trisect_lab::Error;
 
@@ -45,8 +49,10 @@ pub fn finish(
             Err(error) => {
                 // The image without the filter is written, so that no samples are lost.
                 let exposed = exposed(arguments, &drawn, None);
+                let plain = RenderArgs { aov: Vec::new(), ..arguments.clone() };
                 match or_fallback_path(&arguments.output, |path| {
-                    write(path, (arguments.background, &[]), session, &drawn, exposed.as_ref())
+                    let no_more = (Metadata::default(), &Cryptomatte::default());
+                    write(path, &plain, session, &drawn, exposed.as_ref(), no_more)
                 }) {
                     Ok(path) => eprint(&format!("warning: wrote {} without denoising", path.display())),
                     Err(error) => eprint(&format!("error: {error}")),
@@ -66,24 +72,27 @@ pub fn finish(
 /// all outputs are at their requested paths.
 pub fn write_outputs(
     arguments: &RenderArgs,
-    session: &Session,
+    session: &mut Session,
     drawn: RenderOutput,
     mut stats: RenderStats,
     denoised: Option<Image>,
 ) -> Result<(ExitCode, bool), Error> {
     let start = Instant::now();
     let exposed = exposed(arguments, &drawn, denoised);
+    let stats = &mut stats;
+    stats.exposure = exposed.as_ref().map_or(0.0, |(_, exposed)| exposed.stops);
+    stats.tonemap = arguments.file.tone_map().name();
+    let (mattes, mattes_failed) = mattes(arguments, session);
+    let session = &*session;
     let written = or_fallback_path(&arguments.output, |path| {
-        write(path, (arguments.background, &arguments.aov), session, &drawn, exposed.as_ref())
+        let metadata = metadata(arguments, session, stats);
+        write(path, arguments, session, &drawn, exposed.as_ref(), (metadata, &mattes))
     });
 
     let mut told = None;
-    let stats = &mut stats;
     stats.phases.write_seconds = start.elapsed().as_secs_f64();
     stats.scene.clone_from(&session.name);
     stats.choice.clone_from(&session.choice);
-    stats.exposure = exposed.as_ref().map_or(0.0, |(_, exposed)| exposed.stops);
-    stats.tonemap = arguments.tonemap.name();
     if let Some(path) = &arguments.log.stats {
         let text = serde_json::to_string_pretty(&stats)
             .map_err(|error| ImageError::Codec { path: path.clone(), message: error.to_string() })?;
@@ -113,10 +122,16 @@ pub fn write_outputs(
         if let Some(sampling) = &stats.sampling {
             eprint(&sampling.summary());
         }
+        let is_exr = matches!(Format::of(&path), Ok(Format::Exr)) && !arguments.file.float;
+        if is_exr && exposed.as_ref().is_some_and(|(image, _)| exceeds_half(&image.pixels)) {
+            eprint("colours have 32 bits: some exceed 65504, the maximum of 16-bit floats");
+        }
         if let Some(automatic) = exposed.as_ref().and_then(|(_, exposed)| exposed.automatic) {
             eprint(&automatic.to_string());
         }
-        eprint(&format!("wrote {}", path.display()));
+        if !output::is_stdout(&path) {
+            eprint(&format!("wrote {}", path.display()));
+        }
     } else if moved {
         eprint(&format!("wrote {} instead", path.display()));
     }
@@ -129,7 +144,8 @@ pub fn write_outputs(
     for warning in stats.warnings() {
         eprint(&format!("warning: {warning}"));
     }
-    let code = if stats.unwritten_pixels == 0 && !moved { ExitCode::SUCCESS } else { ExitCode::FAILURE };
+    let is_whole = stats.unwritten_pixels == 0 && !moved && !mattes_failed;
+    let code = if is_whole { ExitCode::SUCCESS } else { ExitCode::FAILURE };
     Ok((code, !moved))
 }
 
@@ -141,14 +157,12 @@ fn exposed<'a>(
     drawn: &'a RenderOutput,
     denoised: Option<Image>,
 ) -> Option<(Cow<'a, Image>, Exposed)> {
-    let mut alpha = None;
-    let drawn = match drawn {
+    let (drawn, alpha) = match drawn {
         RenderOutput::Film(film) => {
-            alpha = background::alpha_behind(arguments.background, film);
-            Cow::Owned(film.image())
+            (Cow::Owned(film.image()), background::alpha_behind(arguments.background, film))
         }
         #[cfg(feature = "mpi")]
-        RenderOutput::Image(image) => Cow::Borrowed(*image),
+        RenderOutput::Image(image) => (Cow::Borrowed(*image), None),
         #[cfg(feature = "mpi")]
         RenderOutput::Bytes(..) => return None,
     };
@@ -157,37 +171,79 @@ fn exposed<'a>(
     if exposed.stops != 0.0 {
         exposed.apply(image.to_mut());
     }
-    if arguments.tonemap != ToneMap::None {
-        arguments.tonemap.apply(image.to_mut(), alpha.as_deref());
+    if arguments.file.tone_map() != ToneMap::None {
+        arguments.file.tone_map().apply(image.to_mut(), alpha.as_deref());
     }
     Some((image, exposed))
 }
 
-/// Writes the image before its background, with the layers `aov` of its film.
+/// Writes the image before its background, with the layers that the command asks for.
 fn write(
     path: &Path,
-    (background, aov): (Background, &[Aov]),
+    arguments: &RenderArgs,
     session: &Session,
     drawn: &RenderOutput,
     exposed: Option<&(Cow<Image>, Exposed)>,
+    (mut metadata, mattes): (Metadata, &Cryptomatte),
 ) -> Result<(), Error> {
+    metadata.attributes.clone_from(&mattes.attributes);
+    let encoding = Encoding { metadata, ..arguments.file.encoding() };
     match (drawn, exposed) {
         #[cfg(feature = "mpi")]
         (RenderOutput::Bytes(width, height, bytes), _) => {
-            Ok(output::write_bytes(*width, *height, bytes, path)?)
+            Ok(output::write_bytes((*width, *height), bytes, path, &encoding.metadata)?)
         }
         #[cfg(feature = "mpi")]
-        (RenderOutput::Image(image), None) => Ok(output::write(image, path)?),
-        (RenderOutput::Film(film), None) => Ok(output::write(&film.image(), path)?),
+        (RenderOutput::Image(image), None) => Ok(Picture::from(*image).write(path, &encoding)?),
+        (RenderOutput::Film(film), None) => Ok(Picture::from(&film.image()).write(path, &encoding)?),
         (RenderOutput::Film(film), Some((image, exposed))) => {
             let place = FilmPlace {
                 camera: &session.renderer.camera(&session.settings),
                 space: session.space,
                 object: |primitive| session.renderer.object(primitive),
             };
-            Ok(background::write_with_layers(background, image, film, &place, (aov, exposed.stops), path)?)
+            let mut layers = layers(film, &place, &arguments.aov, exposed.stops)
+                .map_err(|message| ImageError::Codec { path: path.to_owned(), message })?;
+            layers.extend(mattes.channels.iter().cloned());
+            Ok(background::write(arguments.background, image, film, layers, (path, &encoding))?)
         }
         #[cfg(feature = "mpi")]
-        (_, Some((image, _))) => Ok(output::write(image, path)?),
+        (_, Some((image, _))) => Ok(Picture::from(image.as_ref()).write(path, &encoding)?),
     }
+}
+
+/// Renders the mattes that the command asks for. An error is printed, so that the image is written
+/// in any case; returns whether there was one.
+fn mattes(arguments: &RenderArgs, session: &mut Session) -> (Cryptomatte, bool) {
+    if !arguments.aov.contains(&Aov::Cryptomatte) {
+        return (Cryptomatte::default(), false);
+    }
+    let mut bar = Bar::named(arguments.log.quiet, "mattes");
+    match cryptomatte::render(&mut session.renderer, &session.settings, &session.names, &mut bar) {
+        Ok(mattes) => (mattes, false),
+        Err(error) => {
+            eprint(&format!("error: mattes: {error}"));
+            (Cryptomatte::default(), true)
+        }
+    }
+}
+
+/// Returns the metadata that the command asks for.
+fn metadata(arguments: &RenderArgs, session: &Session, stats: &RenderStats) -> Metadata {
+    let (choice, Some(digest)) = (arguments.file.metadata(), session.digest) else {
+        return Metadata::default();
+    };
+    if choice == MetadataArg::None {
+        return Metadata::default();
+    }
+    let settings = &session.settings;
+    let fingerprint = session.renderer.fingerprint(&digest, settings);
+    let samples = stats.samples as f64 / settings.pixels().max(1) as f64;
+    let mut metadata = metadata::of_image(&session.name, samples, &fingerprint);
+    metadata::add_display(&mut metadata, stats.exposure, arguments.file.tone_map());
+    if choice == MetadataArg::All {
+        metadata::add_run(&mut metadata, stats);
+    }
+    metadata.camera = Some(session.camera_metadata());
+    metadata
 }

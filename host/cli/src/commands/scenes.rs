@@ -1,0 +1,82 @@
+//! `trisect render` of several scenes: one after another, each to files of its own.
+
+use super::signals::INTERRUPTED;
+use super::{dispatch, eprint};
+use crate::cli::{DEFAULT_OUTPUT, JobArgs, RenderArgs};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use trisect::error::MotionError;
+use trisect::output::{ConflictError, is_stdout};
+use trisect_lab::Error;
+
+/// Part of a file's name in whose place the scene's name stands.
+const SCENE: &str = "{scene}";
+
+/// Renders all scenes of a command. One that fails does not keep the others from being rendered;
+/// the exit code is that of the first failure.
+pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
+    let commands = commands(arguments)?;
+    let mut first_failure = ExitCode::SUCCESS;
+    for command in &commands {
+        let code = match dispatch::render(command) {
+            Ok(code) => code,
+            Err(error) => {
+                eprint(&format!("error: {error}"));
+                ExitCode::from(error.exit_code())
+            }
+        };
+        if first_failure == ExitCode::SUCCESS {
+            first_failure = code;
+        }
+        if code == ExitCode::from(INTERRUPTED as u8) {
+            break;
+        }
+    }
+    Ok(first_failure)
+}
+
+/// Returns the command of each scene.
+fn commands(arguments: &RenderArgs) -> Result<Vec<RenderArgs>, Error> {
+    let checkpointing = &arguments.checkpointing;
+    let one = [
+        ("--distribute", arguments.cluster.distribute.is_some()),
+        ("--checkpoint", checkpointing.checkpoint.is_some()),
+    ];
+    if let Some((what, _)) = one.into_iter().find(|(_, given)| *given) {
+        let remedy = "start a command for each scene";
+        return Err(MotionError::Beside { what, with: "several scenes", remedy }.into());
+    }
+    let output = match arguments.output == Path::new(DEFAULT_OUTPUT) {
+        true => PathBuf::from(format!("{SCENE}.png")),
+        false => arguments.output.clone(),
+    };
+    let scenes = arguments.job.scene.iter().chain(&arguments.more);
+    let mut commands: Vec<RenderArgs> = Vec::new();
+    for scene in scenes {
+        let stats = arguments.log.stats.as_deref().map(|path| named(path, scene, "--stats")).transpose()?;
+        let mut command = RenderArgs {
+            job: JobArgs { scene: Some(scene.clone()), ..arguments.job.clone() },
+            more: Vec::new(),
+            output: named(&output, scene, "-o")?,
+            ..arguments.clone()
+        };
+        command.log.stats = stats;
+        let same = commands.iter().any(|other| other.output == command.output && !is_stdout(&other.output));
+        if same {
+            return Err(ConflictError::Outputs { path: command.output, first: "-o", second: "-o" }.into());
+        }
+        commands.push(command);
+    }
+    Ok(commands)
+}
+
+/// Returns a path in which the name of a scene's file stands for `{scene}`.
+fn named(path: &Path, scene: &Path, option: &'static str) -> Result<PathBuf, ConflictError> {
+    if is_stdout(path) {
+        return Ok(path.to_owned());
+    }
+    let several = || ConflictError::Several { path: path.to_owned(), option };
+    let text = path.to_str().filter(|text| text.contains(SCENE)).ok_or_else(several)?;
+    let name = scene.file_stem().unwrap_or_default().to_string_lossy();
+    Ok(PathBuf::from(text.replace(SCENE, &name)))
+}
