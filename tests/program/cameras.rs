@@ -41,8 +41,12 @@ fn options_are_those_of_the_file() {
     let other = "look_from: (0, 0, 6), look_at: (0, 0, 0), vertical_fov: 50";
     assert!(render(other, all.as_flattened()) == wanted);
     for left_out in 0..all.len() {
-        let some: Vec<&str> =
-            all.iter().enumerate().filter(|(index, _)| *index != left_out).flat_map(|(_, pair)| *pair).collect();
+        let some: Vec<&str> = all
+            .iter()
+            .enumerate()
+            .filter(|(index, _)| *index != left_out)
+            .flat_map(|(_, pair)| *pair)
+            .collect();
         assert!(render(other, &some) != wanted, "{:?} has no effect", all[left_out]);
     }
 }

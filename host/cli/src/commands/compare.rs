@@ -29,7 +29,7 @@ pub fn run(arguments: &CompareArgs) -> Result<ExitCode, Error> {
     let (result, flip) = compare_with_map(&view(&image)?, &view(&reference)?)?;
     if let Some(path) = html {
         let names = [&arguments.image, &arguments.reference].map(|path| path.display().to_string());
-        let is_for_display = |path: &Path| matches!(Format::of(path), Ok(Format::Png));
+        let is_for_display = |path: &Path| Format::of(path).is_ok_and(Format::is_display);
         let image =
             Named { name: &names[0], image: &image, is_for_display: is_for_display(&arguments.image) };
         let is_for_display = is_for_display(&arguments.reference);
