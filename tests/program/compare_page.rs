@@ -28,7 +28,7 @@ fn both_images_their_differences_and_their_figures() {
     let folder = Temporary::new("compare-page", "formats");
     let html = folder.file("page.html");
     let reference = image(&folder.path("reference.exr"), 1.0, 0.5);
-    for name in ["a.exr", "a.hdr", "a.pfm", "a.png"] {
+    for name in ["a.exr", "a.hdr", "a.pfm", "a.png", "a.jpg"] {
         let file = image(&folder.path(name), 1.1, 0.9);
         let output = trisect(&["compare", &file, &reference, "--html", &html]);
         assert!(output.status.success(), "{name}: {output:?}");

@@ -250,7 +250,7 @@ fn short_measurements_have_small_images() {
         "tradeoff",
         scene,
         "--backend=cpu",
-        "--knobs=sampler",
+        "--threads=2",
         "--time-limit=4s",
         "--cache",
         cache,

@@ -26,7 +26,7 @@ pub struct Named<'a> {
     pub name: &'a str,
     /// The image.
     pub image: &'a Image,
-    /// True if the values are those for a display, as in a PNG, and not radiance.
+    /// True if the values are colours of a display, as in a PNG, and not radiance.
     pub is_for_display: bool,
 }
 
