@@ -278,7 +278,7 @@ fn oiiotool_reads_mattes() {
     let folder = folder("mattes");
     fs::write(folder.path("a.ron"), SCENE.replace("radius: 1.3", "radius: 1.3, name: \"ball\"")).unwrap();
     let image = render(&folder, "a.exr", &["--aov", "cryptomatte"]);
-    // The hashes of "ball", "CryptoObject" and "CryptoMaterial" are those of MurmurHash3's own code.
+    // The key is the hash of "CryptoObject" by MurmurHash3's own code.
     let lines = [
         "channel list: R (half), G (half), B (half), CryptoMaterial00.R (float), CryptoMaterial00.G (float)",
         "cryptomatte/3ae39a5/name: \"CryptoObject\"",

@@ -47,7 +47,7 @@ fn run() -> ExitCode {
         terminal::eprint(&format!("note: {note}"));
     }
     let outcome = match command {
-        cli::Command::Render(arguments) => commands::dispatch::render(&arguments),
+        cli::Command::Render(arguments) => commands::scenes::render(&arguments),
         cli::Command::Resume(arguments) => commands::dispatch::resume(&arguments),
         cli::Command::Merge(arguments) => commands::resume::merge(&arguments),
         cli::Command::Bench(arguments) => commands::dispatch::bench(&arguments, start),

@@ -161,7 +161,8 @@ impl Image {
         Self::read_from(file, length, format, path)
     }
 
-    /// Reads the bytes of a PNG, EXR, HDR or PFM file, by the extension of its name.
+    /// Reads the bytes of an image file, by the extension of its name, as [`read`](Self::read)
+    /// does.
     ///
     /// # Errors
     ///

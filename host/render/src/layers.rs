@@ -84,8 +84,8 @@ pub struct FilmPlace<'a, F: Fn(Option<u32>) -> u32> {
     pub object: F,
 }
 
-/// Returns the channels of the layers `aovs` of a film, without mattes. `stops` is the exposure of the image beside
-/// them, by which the variance is scaled.
+/// Returns the channels of the layers `aovs` of a film, without mattes. `stops` is the exposure of
+/// the image beside them, by which the variance is scaled.
 ///
 /// # Errors
 ///

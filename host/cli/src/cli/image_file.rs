@@ -43,8 +43,8 @@ pub struct ImageFileArgs {
 pub enum MetadataArg {
     /// No text.
     None,
-    /// What decides the image: version, scene, samples, seed, fingerprint, exposure, tone map.
-    /// Equal renders give equal files.
+    /// Properties that decide the image: version, scene, samples, seed, fingerprint, exposure, tone
+    /// map. Equal renders give equal files.
     #[default]
     Image,
     /// In addition the device, the time of the render and the date.

@@ -13,8 +13,8 @@ pub fn probe(path: &Path) -> Result<(), Error> {
     if is_stdout(path) { Ok(()) } else { Ok(output::probe(path)?) }
 }
 
-/// Prints a result as `text`, or as JSON, which `encode` returns, if `--json` names standard output;
-/// another file gets the JSON beside the text.
+/// Prints a result as `text`, or as JSON, which `encode` returns, if `--json` names standard
+/// output; another file gets the JSON beside the text.
 pub fn print_result(
     json: Option<&Path>,
     encode: impl FnOnce() -> Result<String, Error>,

@@ -1,6 +1,6 @@
 //! Choice between the form of a command for one process and that for ranks.
 
-use super::{bench, frames, render, report, resume, scenes, view};
+use super::{bench, frames, render, report, resume, view};
 use crate::cli::{BenchArgs, BenchCommand, RenderArgs, ResumeArgs, ViewArgs};
 use std::process::ExitCode;
 use std::time::Instant;
@@ -25,9 +25,6 @@ macro_rules! over_ranks {
 
 /// Renders a scene to an image file.
 pub fn render(arguments: &RenderArgs) -> Result<ExitCode, Error> {
-    if !arguments.more.is_empty() {
-        return scenes::run(arguments);
-    }
     if arguments.cluster.distribute.is_none() {
         return match arguments.motion.moves() {
             true => frames::run(arguments),

@@ -21,7 +21,7 @@ mod lab;
 mod render;
 mod report;
 pub mod resume;
-mod scenes;
+pub mod scenes;
 pub mod shell;
 mod signals;
 pub mod tradeoff;

@@ -1,4 +1,4 @@
-//! `trisect render` of several scenes: one after another, each to files of its own.
+//! `trisect render` of one scene or several: one after another, each to files of its own.
 
 use super::signals::INTERRUPTED;
 use super::{dispatch, eprint};
@@ -14,7 +14,10 @@ const SCENE: &str = "{scene}";
 
 /// Renders all scenes of a command. One that fails does not keep the others from being rendered;
 /// the exit code is that of the first failure.
-pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
+pub fn render(arguments: &RenderArgs) -> Result<ExitCode, Error> {
+    if arguments.more.is_empty() {
+        return dispatch::render(arguments);
+    }
     let commands = commands(arguments)?;
     let mut first_failure = ExitCode::SUCCESS;
     for command in &commands {

@@ -43,8 +43,8 @@ pub enum BitDepth {
     Sixteen,
 }
 
-/// How an image file is encoded. The default is what the library writes: 8-bit sRGB for a display,
-/// 32-bit floats in .exr, no metadata.
+/// Encoding of an image file. The default is that of the library: 8-bit sRGB for a display, 32-bit
+/// floats in .exr, no metadata.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Encoding {
     /// Bits of a channel in a file for a display.

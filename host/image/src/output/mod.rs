@@ -10,6 +10,7 @@ mod jpeg;
 mod metadata;
 pub mod pfm;
 mod picture;
+mod picture_file;
 mod png;
 mod tiff;
 mod tone_map;
