@@ -569,7 +569,7 @@ def one(name, mesh):
     model.write(name, uvs=True)
 
 
-def vessel(name, outside, inside, level, sides=64):
+def vessel(name, outside, inside, level, sides=56):
     """Writes a glass vessel and the liquid in it, up to a height.
 
     The glass is the surface between glass and air, the liquid that between liquid and glass,
@@ -589,39 +589,39 @@ def still_life():
     foot = bevel([(0, 0), (0.37, 0), (0.37, 0.022), (0.3, 0.035)], 0.02)
     outside = foot[:-1] + smooth([(0.3, 0.035), (0.12, 0.075), (0.05, 0.16), (0.036, 0.5), (0.04, 0.85),
                                   (0.075, 0.97), (0.22, 1.08), (0.37, 1.28), (0.43, 1.55), (0.405, 1.85),
-                                  (0.35, 2.16)], 4)
+                                  (0.35, 2.16)], 3)
     inside = smooth([(0.334, 2.165), (0.39, 1.85), (0.415, 1.55), (0.355, 1.29), (0.21, 1.105), (0.07, 1.035),
-                     (0, 1.03)], 4)
+                     (0, 1.03)], 3)
     print("wine", vessel("wine_glass", outside + [(0.345, 2.168), (0.339, 2.17)], inside, 1.49))
 
     outside = bevel([(0, 0), (0.5, 0), (0.53, 0.06)], 0.04)[:-1] + smooth(
         [(0.53, 0.06), (0.58, 0.3), (0.56, 0.62), (0.4, 1.0), (0.22, 1.36), (0.175, 1.7), (0.185, 2.0),
-         (0.25, 2.3)], 4)
+         (0.25, 2.3)], 3)
     inside = smooth([(0.232, 2.305), (0.165, 2.0), (0.153, 1.7), (0.197, 1.36), (0.372, 1.0), (0.532, 0.62),
-                     (0.552, 0.3), (0.5, 0.11), (0.4, 0.075), (0, 0.09)], 4)
+                     (0.552, 0.3), (0.5, 0.11), (0.4, 0.075), (0, 0.09)], 3)
     print("water", vessel("carafe", outside + [(0.245, 2.312), (0.238, 2.312)], inside, 1.12))
 
-    wall = smooth([(0.3, 0.06), (0.31, 0.1), (0.5, 0.17), (0.72, 0.35), (0.84, 0.58)], 5)
-    inner = smooth([(0.81, 0.57), (0.69, 0.36), (0.48, 0.205), (0.25, 0.15), (0, 0.145)], 5)
+    wall = smooth([(0.3, 0.06), (0.31, 0.1), (0.5, 0.17), (0.72, 0.35), (0.84, 0.58)], 3)
+    inner = smooth([(0.81, 0.57), (0.69, 0.36), (0.48, 0.205), (0.25, 0.15), (0, 0.145)], 3)
     bowl = lathe([(0, 0.02), (0.26, 0.02), (0.3, 0), (0.33, 0), (0.33, 0.02)] + wall
-                 + [(0.845, 0.592), (0.838, 0.6), (0.82, 0.595)] + inner, 72)
+                 + [(0.845, 0.592), (0.838, 0.6), (0.82, 0.595)] + inner, 60)
     one("bowl", bowl)
 
-    shell = smooth([(0.04, 0.0), (0.3, 0.03), (0.36, 0.12), (0.37, 0.3), (0.28, 0.55), (0.235, 0.72), (0.27, 0.88)], 5)
-    lining = smooth([(0.255, 0.885), (0.222, 0.72), (0.265, 0.55), (0.35, 0.3), (0.33, 0.1), (0, 0.05)], 4)
+    shell = smooth([(0.04, 0.0), (0.3, 0.03), (0.36, 0.12), (0.37, 0.3), (0.28, 0.55), (0.235, 0.72), (0.27, 0.88)], 3)
+    lining = smooth([(0.255, 0.885), (0.222, 0.72), (0.265, 0.55), (0.35, 0.3), (0.33, 0.1), (0, 0.05)], 3)
     one("pot", lathe([(0, 0)] + shell + lining, 56))
-    handle = smooth([(-0.23, 0.74, 0), (-0.4, 0.8, 0), (-0.9, 0.98, 0), (-1.25, 1.08, 0)], 6)
-    one("pot_handle", tube(handle, lambda t: 0.028 + 0.022 * t, 14) + ball(0.055, 14).move(-1.26, 1.083, 0))
+    handle = smooth([(-0.23, 0.74, 0), (-0.36, 0.79, 0), (-0.7, 0.9, 0), (-0.98, 0.97, 0)], 6)
+    one("pot_handle", tube(handle, lambda t: 0.028 + 0.022 * t, 14) + ball(0.055, 14).move(-0.99, 0.973, 0))
 
     cup = bevel([(0, 0.03), (0.17, 0.03), (0.18, 0), (0.21, 0), (0.22, 0.03)], 0.01)[:-1] + smooth(
-        [(0.22, 0.03), (0.31, 0.14), (0.36, 0.34), (0.375, 0.56)], 5)
-    lining = smooth([(0.352, 0.56), (0.338, 0.34), (0.29, 0.17), (0.2, 0.08), (0, 0.07)], 5)
-    ear = smooth([(0.35, 0.47, 0), (0.48, 0.5, 0), (0.57, 0.4, 0), (0.52, 0.24, 0), (0.41, 0.17, 0), (0.32, 0.18, 0)], 5)
-    one("cup", (lathe(cup + [(0.372, 0.572), (0.364, 0.576), (0.356, 0.572)] + lining, 64)
+        [(0.22, 0.03), (0.31, 0.14), (0.36, 0.34), (0.375, 0.56)], 3)
+    lining = smooth([(0.352, 0.56), (0.338, 0.34), (0.29, 0.17), (0.2, 0.08), (0, 0.07)], 3)
+    ear = smooth([(0.35, 0.47, 0), (0.48, 0.5, 0), (0.57, 0.4, 0), (0.52, 0.24, 0), (0.41, 0.17, 0), (0.32, 0.18, 0)], 3)
+    one("cup", (lathe(cup + [(0.372, 0.572), (0.364, 0.576), (0.356, 0.572)] + lining, 52)
                 + tube(ear, lambda t: 0.032 + 0.012 * abs(2 * t - 1), 12).scale(1, 1, 1.25)).move(0, 0.075, 0))
     plate = bevel([(0, 0.02), (0.3, 0.02), (0.31, 0), (0.34, 0), (0.36, 0.03), (0.66, 0.1), (0.675, 0.115),
                    (0.65, 0.12), (0.36, 0.06), (0.26, 0.055), (0.25, 0.075), (0, 0.075)], 0.012, 2)
-    one("saucer", lathe(plate, 64))
+    one("saucer", lathe(plate, 56))
 
     half = [(0.0, -0.5), (0.035, -0.495), (0.06, -0.46), (0.09, -0.42), (0.19, -0.35), (0.28, -0.22), (0.315, -0.05),
             (0.31, 0.1), (0.26, 0.25), (0.16, 0.37), (0.08, 0.43), (0.05, 0.47), (0.0, 0.48)]
@@ -636,7 +636,7 @@ def still_life():
         x, z = (u - 0.5) * 1.9, (v - 0.5) * 4.6
         fold = 0.018 * sin(5 * x + 1.3 * sin(1.7 * z)) * sin(0.9 * z + 0.5) ** 2 + 0.012 * sin(3.1 * z + 2 * x)
         return (x + 0.05 * sin(1.4 * z), 0.032 + fold, z + 0.04 * sin(2.3 * x))
-    one("cloth", surface(cloth, 40, 90))
+    one("cloth", surface(cloth, 28, 64))
 
     wood("walnut", 11, 5, [(62, 38, 24), (104, 66, 40), (146, 100, 64)], contrast=0.3)
     pores = Noise(5)
@@ -792,7 +792,7 @@ def camera():
     model.material("stops", (1, 1, 1), 0.0, 0.4, texture="stops.png")
     model.material("ring", (1, 1, 1), 0.0, 0.45, texture="ring.png")
     model.material("window", (0.01, 0.012, 0.016), 0.0, 0.04, clearcoat={"clearcoatFactor": 1.0},
-                   iridescence={"iridescenceFactor": 0.5, "iridescenceIor": 1.38, "iridescenceThicknessMaximum": 240})
+                   iridescence={"iridescenceFactor": 0.12, "iridescenceIor": 1.38, "iridescenceThicknessMaximum": 240})
     model.material("element", (1, 1, 1), 0.0, 0.0, transmission={"transmissionFactor": 1.0},
                    volume={"thicknessFactor": 1.0}, ior={"ior": 1.6},
                    iridescence={"iridescenceFactor": 1.0, "iridescenceIor": 1.38,
@@ -802,7 +802,7 @@ def camera():
     model.material("red", (0.62, 0.03, 0.02), 0.0, 0.3, clearcoat={"clearcoatFactor": 1.0, "clearcoatRoughnessFactor": 0.05})
 
     # Body: base plate, leather, top plate with its step.
-    model.add("chrome", slab(13.6, 3.3, 1.6, round_profile(0.0, 0.85, 0.14)))
+    model.add("anodised", slab(13.6, 3.3, 1.6, round_profile(0.0, 0.85, 0.14)))
     skin = slab(13.5, 3.2, 1.56, [(0.02, 0.83), (0.0, 0.86), (0.0, 5.54), (0.02, 5.57)])
     skin.uvs = [(u / 3.2, v / 3.2) for u, v in skin.uvs]
     model.add("leather", skin)
@@ -818,8 +818,8 @@ def camera():
     # Hot shoe.
     model.add("black", rounded_box(2.0, 0.1, 1.9, 0.04).move(-1.6, 7.79, -0.1))
     for side in (-1, 1):
-        model.add("bright", rounded_box(0.14, 0.34, 1.9, 0.05).move(-1.6 + side * 1.0, 7.92, -0.1))
-        model.add("bright", rounded_box(0.36, 0.1, 1.9, 0.04).move(-1.6 + side * 0.88, 8.07, -0.1))
+        model.add("bright", rounded_box(0.14, 0.28, 1.9, 0.05).move(-1.6 + side * 1.0, 7.87, -0.1))
+        model.add("bright", rounded_box(0.4, 0.09, 1.9, 0.04).move(-1.6 + side * 0.87, 7.99, -0.1))
 
     # Shutter dial, release, advance lever, rewind knob.
     model.add("bright", knurled(0.92, 7.05, 7.62, 40, 0.06).move(3.75, 0, 0))
@@ -844,11 +844,11 @@ def camera():
     lens = []
     lens.append(("bright", lathe(bevel([(2.9, 0), (2.9, 0.28), (2.62, 0.34), (2.5, 0.34)], 0.05), 72)))
     lens.append(("anodised", lathe(bevel([(2.5, 0.2), (2.5, 0.62), (2.42, 0.66)], 0.03), 72)))
-    lens.append(("scale", lathe([(2.5, 0.62), (2.44, 1.08)], 96)))
-    lens.append(("anodised", knurled(2.62, 1.06, 1.86, 54, 0.11)))
+    lens.append(("scale", lathe([(2.5, 0.62), (2.44, 1.08)], 80)))
+    lens.append(("anodised", knurled(2.62, 1.06, 1.86, 44, 0.1)))
     lens.append(("bright", lathe(bevel([(2.4, 1.8), (2.4, 1.98), (2.3, 2.0)], 0.03), 72)))
     lens.append(("stops", lathe([(2.34, 1.96), (2.34, 2.3)], 96)))
-    lens.append(("anodised", knurled(2.42, 2.3, 2.72, 64, 0.07)))
+    lens.append(("anodised", knurled(2.42, 2.3, 2.72, 52, 0.06)))
     lens.append(("anodised", lathe(bevel([(2.2, 2.7), (2.22, 3.3), (2.12, 3.34), (2.06, 3.3), (2.02, 3.06), (1.9, 3.04)], 0.03), 96)))
     lens.append(("ring", lathe([(1.92, 3.05), (1.46, 2.86)], 96)))
     lens.append(("black", lathe([(1.46, 2.87), (1.44, 2.55), (1.36, 2.55), (1.34, 2.1), (1.1, 2.1), (1.08, 1.5)], 72)))
@@ -934,8 +934,8 @@ def lanterns():
             top = base + height * rough ** 1.6 * (0.45 + 0.55 * (abs(x + 40) / 300) ** 0.9)
             return (x, -2 + (top + 2) * v, -depth - 60 * v)
         return at
-    one("hills", surface(range_of(0.13, 330, 95, 6), 220, 3))
-    one("mountains", surface(range_of(0.55, 420, 230, 20), 260, 3))
+    one("hills", surface(range_of(0.13, 330, 95, 6), 200, 2))
+    one("mountains", surface(range_of(0.55, 420, 230, 20), 220, 2))
 
     model = Model()
     model.material("planks", (0.3, 0.21, 0.14), 0.0, 0.7)
@@ -1069,7 +1069,7 @@ def interior():
     put("cream", surface(lambda u, v: (0.105 * cos(pi * min(1, max(0, (v - 0.3) / 0.4))) * 1.0 + (0.006 * sin(40 * u)),
                                        0.02 * sin(pi * v) + (0.1 * sin(pi * min(1, max(0, (v - 0.3) / 0.4))) if 0.3 < v < 0.7 else
                                                              -(0.3 - v) * 0.9 if v <= 0.3 else -(v - 0.7) * 0.9),
-                                       lerp(-0.2, 0.2, u) + 0.012 * sin(9 * v)), 24, 40), sx + 1.0, 0.56, sz + 0.14)
+                                       lerp(-0.2, 0.2, u) + 0.012 * sin(9 * v)), 12, 24), sx + 1.0, 0.56, sz + 0.14)
 
     # Rug, coffee table and what stands on it.
     carpet = rounded_box(2.5, 0.018, 1.66, 0.008, 1)
@@ -1171,7 +1171,7 @@ def interior():
                 width = 0.44 - 0.1 * sin(pi * min(1, v * 1.15)) ** 2
                 return (-2.9 + 0.035 * sin(tau * 5 * u) * (0.5 + 0.5 * v), lerp(2.49, 0.04, v),
                         edge + way * (width * u + 0.012 * cos(tau * 5 * u)))
-            sheet = surface(folds, 50, 8)
+            sheet = surface(folds, 44, 5)
             model.add("curtain", sheet)
 
     # Armchair at the left, turned to the sofa.
