@@ -482,6 +482,17 @@ def write_png(name, width, height, pixel, palette=None):
     (HERE / f"{name}.png").write_bytes(b"\x89PNG\r\n\x1a\n" + body)
 
 
+def write_hdr(name, width, height, radiance):
+    """Writes a panorama in the format of Radiance; `radiance(x, y)` is linear."""
+    body = bytearray()
+    for y in range(height):
+        for x in range(width):
+            color = radiance(x, y)
+            exponent = math.frexp(max(color))[1]
+            body += bytes([*(int(c * 2.0 ** (8 - exponent)) for c in color), exponent + 128])
+    (HERE / f"{name}.hdr").write_bytes(f"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n".encode() + body)
+
+
 # Textures -----------------------------------------------------------------------------------------
 
 class Noise:
@@ -886,25 +897,25 @@ def lanterns():
 
     def place():
         kind = dice.random()
-        if kind < 0.66:  # The stream that rises from the far shore.
+        if kind < 0.58:  # The stream that rises from the far shore.
             t = dice.random() ** 1.15
             p = path[min(int(t * len(path)), len(path) - 1)]
-            wide = 3 + 9 * t
+            wide = 3.5 + 13 * t
             return add(p, (dice.gauss(0, wide), dice.gauss(0, 0.55 * wide), dice.gauss(0, wide)))
-        if kind < 0.93:  # Those that have left it.
-            return (dice.gauss(0, 85), 3 + abs(dice.gauss(0, 34)), dice.uniform(-260, -26))
+        if kind < 0.955:  # Those that have left it.
+            return (dice.gauss(0, 85), 3 + abs(dice.gauss(0, 36)), -16 - 250 * dice.random() ** 0.8)
         return (dice.uniform(-70, 70), 0.02, dice.uniform(-200, -14))  # Those that swim.
 
     def visible(p):
         return p[1] > 0.0 and p[2] < -11 and (p[1] > 1 or abs(p[0]) > 3)
 
-    kinds = [("lantern_gold", 0.42, 4000, (1, 0.62, 0.27), 5.0), ("lantern_amber", 0.36, 4000, (1, 0.5, 0.18), 4.0),
-             ("lantern_red", 0.46, 2000, (1, 0.4, 0.13), 3.0)]
+    kinds = [("lantern_gold", 0.42, 4000, (1, 0.55, 0.2), 1.9), ("lantern_amber", 0.36, 4000, (1, 0.44, 0.13), 1.6),
+             ("lantern_red", 0.46, 2000, (1, 0.34, 0.09), 1.3)]
     for name, radius, count, color, strength in kinds:
         model = Model()
         model.material("paper", (0.7, 0.5, 0.3), 0.0, 0.9, emission=color, strength=strength, glow="glow.png")
-        shape = [(0.0, 0.04), (0.62, 0.0), (0.82, 0.8), (1.0, 1.75), (0.8, 2.25), (0.0, 2.42)]
-        model.add("paper", lathe([(radius * r, radius * y) for r, y in shape], 9, 50))
+        shape = [(0.0, 0.02), (0.62, 0.0), (1.0, 1.65), (0.76, 2.25), (0.0, 2.42)]
+        model.add("paper", lathe([(radius * r, radius * y) for r, y in shape], 7, 50))
         model.instances = []
         while len(model.instances) < count:
             p = place()
@@ -913,6 +924,21 @@ def lanterns():
                 model.instances.append((p, quaternion(dice.uniform(0, tau), calm * abs(dice.gauss(0, 0.13)),
                                                       dice.uniform(0, tau))))
         model.write(name)
+
+    def dusk(column, row, width=64, height=128):
+        """Radiance after sunset: orange over the place of the sun, then rose, then deep blue."""
+        up = sin(pi * (0.5 - (row + 0.5) / height))
+        west = 0.5 + 0.5 * cos(tau * ((column + 0.5) / width - 0.47))
+        stops = [(0.0, (0.34, 0.15, 0.075)), (0.05, (0.26, 0.125, 0.09)), (0.12, (0.13, 0.088, 0.11)),
+                 (0.25, (0.048, 0.058, 0.11)), (0.5, (0.018, 0.03, 0.075)), (1.0, (0.006, 0.012, 0.036))]
+        if up < 0:
+            return (0.01, 0.01, 0.014)
+        for (y0, c0), (y1, c1) in zip(stops, stops[1:]):
+            if up <= y1:
+                t = (up - y0) / (y1 - y0)
+                near = max(0.0, 1 - up / 0.3)
+                return tuple(lerp(a, b, t) * lerp(1, 0.25 + 0.9 * west ** 3, near) for a, b in zip(c0, c1))
+    write_hdr("dusk", 64, 128, dusk)
 
     waves = Noise(21)
 
@@ -961,17 +987,17 @@ def lanterns():
         beam = 0.62 * max(0.0, 1 - abs(x) ** 2.6) ** 0.75 + 0.015
         angle = lerp(-pi / 2, pi / 2, v)
         rise = 0.22 * x * x + 0.03
-        return (2.1 * x * (1 + 0.1 * cos(angle) ** 0 * 0), 0.42 + rise - (0.6 + 0.0 * x) * cos(angle) * (1 - 0.3 * x * x),
+        return (2.1 * x, 0.42 + rise - 0.6 * cos(angle) * (1 - 0.3 * x * x),
                 beam * sin(angle) * (1 + 0.12 * cos(angle)))
     outer = surface(hull, 36, 14)
     if outer.normals[0][1] > 0:
         outer = outer.flip()
     inner = outer.scale(0.97, 0.95, 0.93).move(0, 0.03, 0).flip()
     for part, material in ((outer, "hull"), (inner, "inside")):
-        model.add(material, part.turn("y", 64).move(2.75, -0.12, -5.2))
+        model.add(material, part.turn("y", 28).move(4.3, -0.12, -3.6))
     for x in (-0.75, 0.25, 1.05):
         seat = rounded_box(0.28, 0.04, 1.06 if x < 1 else 0.9, 0.015, 1).move(x, 0.42, 0)
-        model.add("inside", seat.turn("y", 64).move(2.75, -0.12, -5.2))
+        model.add("inside", seat.turn("y", 28).move(4.3, -0.12, -3.6))
     model.write("jetty")
 
 
@@ -1137,16 +1163,16 @@ def interior():
         def at(u, v):
             w = width * sin(pi * min(1.0, v ** 0.75)) ** 0.8 * (u - 0.5)
             a = bend * v
-            return (w, length * sin(a) / bend - 0.15 * abs(u - 0.5) * 0 + 0.25 * abs(w), length * (1 - cos(a)) / bend + 0.0)
+            return (w, length * sin(a) / bend + 0.25 * abs(w), length * (1 - cos(a)) / bend)
         front = surface(at, 4, 9)
         return front + front.map(lambda p: sub(p, (0, 0, 0.0012))).flip() if front.normals[20][2] > 0 else \
             front + front.map(lambda p: add(p, (0, 0, 0.0012))).flip()
-    for k in range(26):
-        yaw, lean = k * 137.5, 12 + 46 * ((k * 0.618) % 1)
+    for k in range(32):
+        yaw, lean = k * 137.5, 6 + 34 * ((k * 0.618) % 1)
         height = 0.35 + 0.75 * (1 - (k * 0.618) % 1) * dice.uniform(0.8, 1.1)
         tip = (0, height * cos(math.radians(lean)), height * sin(math.radians(lean)))
         stem = Mesh() + tube(smooth([(0, 0, 0), (0, tip[1] * 0.6, tip[2] * 0.35), tip], 4), 0.006, 5)
-        leaf = blade(dice.uniform(0.3, 0.44), dice.uniform(0.2, 0.27), 1.5).turn("x", lean + 10).move(*tip)
+        leaf = blade(dice.uniform(0.3, 0.44), dice.uniform(0.19, 0.26), 1.2).turn("x", lean + 12).move(*tip)
         for material, mesh in (("stem", stem), ("leaf", leaf)):
             put(material, mesh.turn("y", yaw), px, 0.3, pz)
 
@@ -1187,7 +1213,7 @@ def interior():
     for y, z in ((0.33, 0.27), (0.31, -0.31), (0.9, -0.435), (0.52, -0.31)):
         chair.append(("walnut", tube([(-0.33, y, z), (0.33, y, z)], 0.016, 10)))
     for material, mesh in chair:
-        model.add(material, mesh.turn("y", 118).move(-2.0, 0, 0.15))
+        model.add(material, mesh.turn("y", 122).move(-1.72, 0, 0.02))
     model.write("furniture")
 
 
