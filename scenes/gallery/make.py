@@ -17,8 +17,8 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 
-
 # Vectors ------------------------------------------------------------------------------------------
+
 
 def add(a, b):
     """Returns a + b."""
@@ -63,6 +63,7 @@ def lerp(a, b, t):
 
 
 # Meshes -------------------------------------------------------------------------------------------
+
 
 class Mesh:
     """Triangles with a position, a normal and texture coordinates at each vertex."""
@@ -120,8 +121,7 @@ class Mesh:
 
     def scale(self, x, y, z):
         """Returns the mesh scaled along each axis, by factors above 0."""
-        return self.map(lambda p: (p[0] * x, p[1] * y, p[2] * z),
-                        lambda n: (n[0] / x, n[1] / y, n[2] / z))
+        return self.map(lambda p: (p[0] * x, p[1] * y, p[2] * z), lambda n: (n[0] / x, n[1] / y, n[2] / z))
 
     def turn(self, axis, degrees):
         """Returns the mesh turned about an axis, counter-clockwise seen against it."""
@@ -132,6 +132,7 @@ class Mesh:
             q = list(p)
             q[i], q[j] = c * p[i] - s * p[j], s * p[i] + c * p[j]
             return tuple(q)
+
         return self.map(rotate, rotate)
 
     def flip(self):
@@ -149,10 +150,9 @@ def smooth(points, steps=6):
         p2, p3 = points[k + 1], points[min(k + 2, len(points) - 1)]
         for j in range(steps):
             t = j / steps
-            curve.append(tuple(
-                0.5 * (2 * b + (c - a) * t + (2 * a - 5 * b + 4 * c - d) * t * t
-                       + (3 * b - a - 3 * c + d) * t ** 3)
-                for a, b, c, d in zip(p0, p1, p2, p3)))
+            curve.append(
+                tuple(0.5 * (2 * b + (c - a) * t + (2 * a - 5 * b + 4 * c - d) * t * t +
+                             (3 * b - a - 3 * c + d) * t**3) for a, b, c, d in zip(p0, p1, p2, p3)))
     return curve + [points[-1]]
 
 
@@ -168,8 +168,9 @@ def bevel(points, radius, steps=3):
             ends.append([c + w * share for c, w in zip(corner, way)])
         for k in range(steps + 1):
             t = k / steps
-            rounded.append(tuple((1 - t) ** 2 * a + 2 * t * (1 - t) * c + t * t * b
-                                 for a, c, b in zip(ends[0], corner, ends[1])))
+            rounded.append(
+                tuple((1 - t)**2 * a + 2 * t * (1 - t) * c + t * t * b
+                      for a, c, b in zip(ends[0], corner, ends[1])))
     return rounded + [points[-1]]
 
 
@@ -195,11 +196,12 @@ def lathe(profile, sides=48, crease=35):
 
     def ring(at, facing_at):
         r, y = profile[at]
-        return [mesh.vertex((r * cos(tau * k / sides), y, r * sin(tau * k / sides)),
-                            (facing_at[0] * cos(tau * k / sides), facing_at[1],
-                             facing_at[0] * sin(tau * k / sides)),
-                            (1 - k / sides, 1 - lengths[at] / lengths[-1]))
-                for k in range(sides + 1)]
+        return [
+            mesh.vertex(
+                (r * cos(tau * k / sides), y, r * sin(tau * k / sides)),
+                (facing_at[0] * cos(tau * k / sides), facing_at[1], facing_at[0] * sin(tau * k / sides)),
+                (1 - k / sides, 1 - lengths[at] / lengths[-1])) for k in range(sides + 1)
+        ]
 
     last, last_normal = None, None
     for k, here in enumerate(facing):
@@ -237,7 +239,7 @@ def rounded_box(width, height, depth, radius, steps=3, puff=0.0):
                     q = add(tuple(core), mul(n, radius))
                     if puff:
                         u, v = q[0] / half[0], q[2] / half[2]
-                        bulge = puff * max(0.0, 1 - u * u) ** 0.6 * max(0.0, 1 - v * v) ** 0.6
+                        bulge = puff * max(0.0, 1 - u * u)**0.6 * max(0.0, 1 - v * v)**0.6
                         q = (q[0], q[1] + bulge * q[1] / half[1], q[2])
                     row.append(mesh.vertex(q, n, (p[i], p[j])))
                 rows.append(row)
@@ -251,6 +253,7 @@ def renormal(mesh):
 
     def key(p):
         return tuple(round(c, 6) for c in p)
+
     for triangle in mesh.triangles:
         p, q, r = (mesh.positions[i] for i in triangle)
         face = cross(sub(q, p), sub(r, p))
@@ -317,9 +320,11 @@ def disc(radius, sides=32):
     """Returns a disc that faces +y, textured once."""
     mesh = Mesh()
     middle = mesh.vertex((0, 0, 0), (0, 1, 0), (0.5, 0.5))
-    rim = [mesh.vertex((radius * cos(tau * k / sides), 0, radius * sin(tau * k / sides)), (0, 1, 0),
-                       (0.5 + 0.5 * cos(tau * k / sides), 0.5 + 0.5 * sin(tau * k / sides)))
-           for k in range(sides + 1)]
+    rim = [
+        mesh.vertex((radius * cos(tau * k / sides), 0, radius * sin(tau * k / sides)), (0, 1, 0),
+                    (0.5 + 0.5 * cos(tau * k / sides), 0.5 + 0.5 * sin(tau * k / sides)))
+        for k in range(sides + 1)
+    ]
     for a, b in zip(rim, rim[1:]):
         mesh.triangle(middle, a, b)
     return mesh
@@ -329,12 +334,12 @@ def panel(width, height):
     """Returns an upright quad around the origin that faces +z, textured once."""
     mesh = Mesh()
     corners = [(-1, -1, 0, 1), (1, -1, 1, 1), (1, 1, 1, 0), (-1, 1, 0, 0)]
-    mesh.quad(*(mesh.vertex((x * width / 2, y * height / 2, 0), (0, 0, 1), (u, v))
-                for x, y, u, v in corners))
+    mesh.quad(*(mesh.vertex((x * width / 2, y * height / 2, 0), (0, 0, 1), (u, v)) for x, y, u, v in corners))
     return mesh
 
 
 # Files --------------------------------------------------------------------------------------------
+
 
 class Model:
     """A binary glTF file: meshes by material, and instances of them."""
@@ -342,8 +347,17 @@ class Model:
     def __init__(self):
         self.parts, self.materials, self.textures, self.instances = {}, {}, [], None
 
-    def material(self, name, color=(1, 1, 1), metallic=0.0, roughness=0.5, texture=None,
-                 normal=None, emission=None, strength=1.0, glow=None, **extensions):
+    def material(self,
+                 name,
+                 color=(1, 1, 1),
+                 metallic=0.0,
+                 roughness=0.5,
+                 texture=None,
+                 normal=None,
+                 emission=None,
+                 strength=1.0,
+                 glow=None,
+                 **extensions):
         """Adds a material. Colours are linear; extensions are those of KHR_materials."""
         pbr = {"baseColorFactor": [*color, 1], "metallicFactor": metallic, "roughnessFactor": roughness}
         stated = {"name": name, "pbrMetallicRoughness": pbr}
@@ -376,7 +390,7 @@ class Model:
 
         def accessor(values, kind, component, form, target=None, normalized=False):
             width = 3 if kind == "VEC3" and form in "Hh" else 0
-            flat = [c for value in values for c in (value if isinstance(value, tuple) else (value,))]
+            flat = [c for value in values for c in (value if isinstance(value, tuple) else (value, ))]
             if width:  # Rows of three shorts start at multiples of four bytes.
                 flat = [c for k in range(0, len(flat), 3) for c in (*flat[k:k + 3], 0)]
             raw = struct.pack(f"<{len(flat)}{form}", *flat)
@@ -387,8 +401,9 @@ class Model:
                 view["byteStride"] = 8
             data.extend(raw + bytes(-len(raw) % 4))
             views.append(view)
-            stated = {"bufferView": len(views) - 1, "componentType": component, "count": len(values),
-                      "type": kind}
+            stated = {
+                "bufferView": len(views) - 1, "componentType": component, "count": len(values), "type": kind
+            }
             if normalized:
                 stated["normalized"] = True
             accessors.append(stated)
@@ -406,7 +421,8 @@ class Model:
             return index
 
         def directions(values):
-            return accessor([tuple(round(32767 * c) for c in n) for n in values], "VEC3", 5122, "h", 34962, True)
+            return accessor([tuple(round(32767 * c) for c in n) for n in values], "VEC3", 5122, "h", 34962,
+                            True)
 
         names = list(self.materials)
         primitives = []
@@ -427,8 +443,10 @@ class Model:
                 attributes["TEXCOORD_0"] = accessor(whole.uvs, "VEC2", 5126, "f", 34962)
             component, form = (5123, "H") if len(whole.positions) < 65536 else (5125, "I")
             indices = [i for triangle in whole.triangles for i in triangle]
-            primitives.append({"attributes": attributes, "material": names.index(material),
-                               "indices": accessor(indices, "SCALAR", component, form, 34963)})
+            primitives.append({
+                "attributes": attributes, "material": names.index(material), "indices":
+                accessor(indices, "SCALAR", component, form, 34963)
+            })
         # The shorts are from 0 to 1: a node scales and moves them to where they belong.
         nodes = [{"name": name, "mesh": 0, "translation": list(low), "scale": [size] * 3}]
         used = sorted({e for m in self.materials.values() for e in m.get("extensions", {})})
@@ -437,16 +455,22 @@ class Model:
             # The node's scale and translation come after the instance's: they are taken back here.
             moves = [mul(sub(add(p, rotated(q, low)), low), 1 / size) for p, q in self.instances]
             turns = [tuple(round(32767 * c) for c in q) for _, q in self.instances]
-            nodes[0]["extensions"] = {"EXT_mesh_gpu_instancing": {"attributes": {
-                "TRANSLATION": accessor(moves, "VEC3", 5126, "f"),
-                "ROTATION": accessor(turns, "VEC4", 5122, "h", None, True)}}}
+            nodes[0]["extensions"] = {
+                "EXT_mesh_gpu_instancing": {
+                    "attributes": {
+                        "TRANSLATION": accessor(moves, "VEC3", 5126, "f"), "ROTATION":
+                        accessor(turns, "VEC4", 5122, "h", None, True)
+                    }
+                }
+            }
             used.append("EXT_mesh_gpu_instancing")
-        document = {"asset": {"version": "2.0", "generator": "Trisect, scenes/gallery/make.py",
-                              "copyright": "CC0-1.0"},
-                    "scene": 0, "scenes": [{"nodes": [0]}], "nodes": nodes,
-                    "meshes": [{"name": name, "primitives": primitives}],
-                    "materials": list(self.materials.values()),
-                    "accessors": accessors, "bufferViews": views, "buffers": [{"byteLength": len(data)}]}
+        document = {
+            "asset":
+            {"version": "2.0", "generator": "Trisect, scenes/gallery/make.py", "copyright":
+             "CC0-1.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": nodes, "meshes":
+            [{"name": name, "primitives": primitives}], "materials": list(self.materials.values()),
+            "accessors": accessors, "bufferViews": views, "buffers": [{"byteLength": len(data)}]
+        }
         document["extensionsUsed"] = used
         document["extensionsRequired"] = ["KHR_mesh_quantization"]
         if self.textures:
@@ -457,15 +481,16 @@ class Model:
         text += b" " * (-len(text) % 4)
         length = 12 + 8 + len(text) + 8 + len(data)
         (HERE / f"{name}.glb").write_bytes(
-            struct.pack("<4sII", b"glTF", 2, length)
-            + struct.pack("<I4s", len(text), b"JSON") + text
-            + struct.pack("<I4s", len(data), b"BIN\0") + bytes(data))
+            struct.pack("<4sII", b"glTF", 2, length) + struct.pack("<I4s", len(text), b"JSON") + text +
+            struct.pack("<I4s", len(data), b"BIN\0") + bytes(data))
 
 
 def write_png(name, width, height, pixel, palette=None):
     """Writes a PNG of rows from the top; `pixel(x, y)` is a triple of bytes, or an index."""
+
     def chunk(kind, body):
         return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+
     rows = bytearray()
     previous = bytes(width * 3)
     for y in range(height):
@@ -489,11 +514,14 @@ def write_hdr(name, width, height, radiance):
         for x in range(width):
             color = radiance(x, y)
             exponent = math.frexp(max(color))[1]
-            body += bytes([*(int(c * 2.0 ** (8 - exponent)) for c in color), exponent + 128])
-    (HERE / f"{name}.hdr").write_bytes(f"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n".encode() + body)
+            body += bytes([*(int(c * 2.0**(8 - exponent)) for c in color), exponent + 128])
+    (HERE /
+     f"{name}.hdr").write_bytes(f"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n".encode() +
+                                body)
 
 
 # Textures -----------------------------------------------------------------------------------------
+
 
 class Noise:
     """Periodic value noise in two dimensions, from 0 to 1."""
@@ -510,13 +538,14 @@ class Noise:
 
         def value(a, b):
             return self.values[((a % period_x) * 61 + (b % period_y) * 1307) & 4095]
+
         return lerp(lerp(value(i, j), value(i + 1, j), s), lerp(value(i, j + 1), value(i + 1, j + 1), s), t)
 
     def sum(self, u, v, across, down, octaves):
         """Returns a sum of octaves of u and v from 0 to 1, from 0 to 1."""
         total = weight = 0.0
         for k in range(octaves):
-            share = 0.55 ** k
+            share = 0.55**k
             total += share * self.at(u * across, v * down, across, down)
             weight += share
             across, down = across * 2, down * 2
@@ -554,6 +583,7 @@ def wood(name, seed, planks, colors, size=512, contrast=0.3, gap=2):
         fibre = noise.sum(u, (v + shift) % 1, 128, 4, 2)
         tint = 0.5 + tones[board] + 0.22 * (rings - 0.5) + 0.5 * (fibre - 0.5)
         return 1 + max(0, min(levels - 2, round(tint * (levels - 2))))
+
     dark = tuple(round(c * 0.35) for c in colors[0])
     write_png(name, size, size, pixel, [dark] + ramp(colors, levels - 1))
 
@@ -567,10 +597,12 @@ def normal_map(name, size, height, strength):
         slope_y = (field[(y + 1) % size][x] - field[y - 1][x]) * strength
         n = unit((-slope_x, slope_y, 1.0))
         return tuple(round(127.5 * c + 127.5) for c in n)
+
     write_png(name, size, size, pixel)
 
 
 # The still life, in decimetres -------------------------------------------------------------------
+
 
 def one(name, mesh):
     """Writes a model of one mesh, whose material the scene states."""
@@ -584,7 +616,7 @@ def vessel(name, outside, inside, level, sides=56):
     """Writes a glass vessel and the liquid in it, up to a height.
 
     The glass is the surface between glass and air, the liquid that between liquid and glass,
-    seen from the glass. The scene covers the liquid with a disc, whose radius is returned.
+    seen from the glass. The scene covers the liquid with a disc.
     """
     above = [p for p in inside if p[1] > level]
     below = [p for p in inside if p[1] <= level]
@@ -592,7 +624,6 @@ def vessel(name, outside, inside, level, sides=56):
     edge = (lerp(r0, r1, (level - y0) / (y1 - y0)), level)
     one(name, lathe(outside + above + [edge], sides, 50))
     one(f"{name}_liquid", lathe(list(reversed([edge] + below)), sides, 50))
-    return edge[0]
 
 
 def still_life():
@@ -603,65 +634,74 @@ def still_life():
                                   (0.35, 2.16)], 3)
     inside = smooth([(0.334, 2.165), (0.39, 1.85), (0.415, 1.55), (0.355, 1.29), (0.21, 1.105), (0.07, 1.035),
                      (0, 1.03)], 3)
-    print("wine", vessel("wine_glass", outside + [(0.345, 2.168), (0.339, 2.17)], inside, 1.49))
+    vessel("wine_glass", outside + [(0.345, 2.168), (0.339, 2.17)], inside, 1.49)
 
-    outside = bevel([(0, 0), (0.5, 0), (0.53, 0.06)], 0.04)[:-1] + smooth(
-        [(0.53, 0.06), (0.58, 0.3), (0.56, 0.62), (0.4, 1.0), (0.22, 1.36), (0.175, 1.7), (0.185, 2.0),
-         (0.25, 2.3)], 3)
+    outside = bevel([(0, 0), (0.5, 0), (0.53, 0.06)], 0.04)[:-1] + smooth([(0.53, 0.06), (0.58, 0.3),
+                                                                           (0.56, 0.62), (0.4, 1.0),
+                                                                           (0.22, 1.36), (0.175, 1.7),
+                                                                           (0.185, 2.0), (0.25, 2.3)], 3)
     inside = smooth([(0.232, 2.305), (0.165, 2.0), (0.153, 1.7), (0.197, 1.36), (0.372, 1.0), (0.532, 0.62),
                      (0.552, 0.3), (0.5, 0.11), (0.4, 0.075), (0, 0.09)], 3)
-    print("water", vessel("carafe", outside + [(0.245, 2.312), (0.238, 2.312)], inside, 1.12))
+    vessel("carafe", outside + [(0.245, 2.312), (0.238, 2.312)], inside, 1.12)
 
     wall = smooth([(0.3, 0.06), (0.31, 0.1), (0.5, 0.17), (0.72, 0.35), (0.84, 0.58)], 3)
     inner = smooth([(0.81, 0.57), (0.69, 0.36), (0.48, 0.205), (0.25, 0.15), (0, 0.145)], 3)
-    bowl = lathe([(0, 0.02), (0.26, 0.02), (0.3, 0), (0.33, 0), (0.33, 0.02)] + wall
-                 + [(0.845, 0.592), (0.838, 0.6), (0.82, 0.595)] + inner, 60)
+    bowl = lathe([(0, 0.02), (0.26, 0.02), (0.3, 0), (0.33, 0),
+                  (0.33, 0.02)] + wall + [(0.845, 0.592), (0.838, 0.6), (0.82, 0.595)] + inner, 60)
     one("bowl", bowl)
 
-    shell = smooth([(0.04, 0.0), (0.3, 0.03), (0.36, 0.12), (0.37, 0.3), (0.28, 0.55), (0.235, 0.72), (0.27, 0.88)], 3)
+    shell = smooth([(0.04, 0.0), (0.3, 0.03), (0.36, 0.12), (0.37, 0.3), (0.28, 0.55), (0.235, 0.72),
+                    (0.27, 0.88)], 3)
     lining = smooth([(0.255, 0.885), (0.222, 0.72), (0.265, 0.55), (0.35, 0.3), (0.33, 0.1), (0, 0.05)], 3)
     one("pot", lathe([(0, 0)] + shell + lining, 56))
     handle = smooth([(-0.23, 0.74, 0), (-0.36, 0.79, 0), (-0.7, 0.9, 0), (-0.98, 0.97, 0)], 6)
     one("pot_handle", tube(handle, lambda t: 0.028 + 0.022 * t, 14) + ball(0.055, 14).move(-0.99, 0.973, 0))
 
-    cup = bevel([(0, 0.03), (0.17, 0.03), (0.18, 0), (0.21, 0), (0.22, 0.03)], 0.01)[:-1] + smooth(
-        [(0.22, 0.03), (0.31, 0.14), (0.36, 0.34), (0.375, 0.56)], 3)
+    cup = bevel([(0, 0.03), (0.17, 0.03), (0.18, 0),
+                 (0.21, 0), (0.22, 0.03)], 0.01)[:-1] + smooth([(0.22, 0.03), (0.31, 0.14), (0.36, 0.34),
+                                                                (0.375, 0.56)], 3)
     lining = smooth([(0.352, 0.56), (0.338, 0.34), (0.29, 0.17), (0.2, 0.08), (0, 0.07)], 3)
-    ear = smooth([(0.35, 0.47, 0), (0.48, 0.5, 0), (0.57, 0.4, 0), (0.52, 0.24, 0), (0.41, 0.17, 0), (0.32, 0.18, 0)], 3)
-    one("cup", (lathe(cup + [(0.372, 0.572), (0.364, 0.576), (0.356, 0.572)] + lining, 52)
-                + tube(ear, lambda t: 0.032 + 0.012 * abs(2 * t - 1), 12).scale(1, 1, 1.25)).move(0, 0.075, 0))
+    ear = smooth([(0.35, 0.47, 0), (0.48, 0.5, 0), (0.57, 0.4, 0), (0.52, 0.24, 0), (0.41, 0.17, 0),
+                  (0.32, 0.18, 0)], 3)
+    one("cup", (lathe(cup + [(0.372, 0.572), (0.364, 0.576), (0.356, 0.572)] + lining, 52) +
+                tube(ear, lambda t: 0.032 + 0.012 * abs(2 * t - 1), 12).scale(1, 1, 1.25)).move(0, 0.075, 0))
     plate = bevel([(0, 0.02), (0.3, 0.02), (0.31, 0), (0.34, 0), (0.36, 0.03), (0.66, 0.1), (0.675, 0.115),
                    (0.65, 0.12), (0.36, 0.06), (0.26, 0.055), (0.25, 0.075), (0, 0.075)], 0.012, 2)
     one("saucer", lathe(plate, 56))
 
-    half = [(0.0, -0.5), (0.035, -0.495), (0.06, -0.46), (0.09, -0.42), (0.19, -0.35), (0.28, -0.22), (0.315, -0.05),
-            (0.31, 0.1), (0.26, 0.25), (0.16, 0.37), (0.08, 0.43), (0.05, 0.47), (0.0, 0.48)]
+    half = [(0.0, -0.5), (0.035, -0.495), (0.06, -0.46), (0.09, -0.42), (0.19, -0.35), (0.28, -0.22),
+            (0.315, -0.05), (0.31, 0.1), (0.26, 0.25), (0.16, 0.37), (0.08, 0.43), (0.05, 0.47), (0.0, 0.48)]
     dents = Noise(7)
 
     def dent(p):
         at = math.atan2(p[2], p[0]) / tau % 1
         return mul(p, 0.97 + 0.06 * dents.sum(at, (p[1] + 0.5) % 1, 5, 3, 2))
+
     one("lemon", renormal(lathe(smooth(half, 3), 40).map(dent)))
 
     def cloth(u, v):
         x, z = (u - 0.5) * 1.9, (v - 0.5) * 4.6
-        fold = 0.018 * sin(5 * x + 1.3 * sin(1.7 * z)) * sin(0.9 * z + 0.5) ** 2 + 0.012 * sin(3.1 * z + 2 * x)
+        fold = 0.018 * sin(5 * x + 1.3 * sin(1.7 * z)) * sin(0.9 * z + 0.5)**2 + 0.012 * sin(3.1 * z + 2 * x)
         return (x + 0.05 * sin(1.4 * z), 0.032 + fold, z + 0.04 * sin(2.3 * x))
+
     one("cloth", surface(cloth, 28, 64))
 
     wood("walnut", 11, 5, [(62, 38, 24), (104, 66, 40), (146, 100, 64)], contrast=0.3)
     pores = Noise(5)
-    normal_map("peel", 128, lambda x, y: -max(0.0, pores.sum(x / 128, y / 128, 26, 26, 1) - 0.5) ** 1.2, 2.2)
+    normal_map("peel", 128, lambda x, y: -max(0.0, pores.sum(x / 128, y / 128, 26, 26, 1) - 0.5)**1.2, 2.2)
 
     def linen(x, y):
         if 8 <= x % 128 < 14 or 18 <= x % 128 < 20:
             return 4 + (x + y) % 2
-        return (x % 4 < 2) ^ (y % 4 < 2) ^ (random.Random(x // 2 * 911 + y // 2).random() < 0.2) + 2 * ((x % 7 == 0))
+        slub = random.Random(x // 2 * 911 + y // 2).random() < 0.2
+        return (x % 4 < 2) ^ (y % 4 < 2) ^ (slub + 2 * (x % 7 == 0))
+
     write_png("linen", 128, 128, linen, [(216, 205, 186), (226, 217, 200), (208, 196, 176), (220, 209, 190),
                                          (86, 98, 116), (98, 110, 128)])
 
 
 # The camera of the product shot, in centimetres --------------------------------------------------
+
 
 def slab(width, depth, corner, profile, steps=10):
     """Returns an upright body over a rectangle with round corners.
@@ -676,7 +716,8 @@ def slab(width, depth, corner, profile, steps=10):
     plan.append(plan[0])
     mesh, along = Mesh(), [0.0]
     for (x0, z0, a0, b0), (x1, z1, a1, b1) in zip(plan, plan[1:]):
-        along.append(along[-1] + math.hypot(x1 + a1 * corner - x0 - a0 * corner, z1 + b1 * corner - z0 - b0 * corner))
+        along.append(along[-1] +
+                     math.hypot(x1 + a1 * corner - x0 - a0 * corner, z1 + b1 * corner - z0 - b0 * corner))
     last = None
     for k, ((i0, y0), (i1, y1)) in enumerate(zip(profile, profile[1:])):
         rows = []
@@ -690,14 +731,18 @@ def slab(width, depth, corner, profile, steps=10):
             for s in slopes:
                 if dot(s, own) > 0.6:
                     sum_of = add(sum_of, s)
-            rows.append([mesh.vertex((x + a * (corner - inset), y, z + b * (corner - inset)),
-                                     (a * sum_of[0], sum_of[1], b * sum_of[0]), (length, -y))
-                         for (x, z, a, b), length in zip(plan, along)])
+            rows.append([
+                mesh.vertex((x + a * (corner - inset), y, z + b * (corner - inset)),
+                            (a * sum_of[0], sum_of[1], b * sum_of[0]), (length, -y))
+                for (x, z, a, b), length in zip(plan, along)
+            ])
         mesh.grid(rows)
     for (inset, y), up in ((profile[0], -1), (profile[-1], 1)):
         middle = mesh.vertex((0, y, 0), (0, up, 0))
-        rim = [mesh.vertex((x + a * (corner - inset), y, z + b * (corner - inset)), (0, up, 0), (x, z))
-               for x, z, a, b in plan]
+        rim = [
+            mesh.vertex((x + a * (corner - inset), y, z + b * (corner - inset)), (0, up, 0), (x, z))
+            for x, z, a, b in plan
+        ]
         for a, b in zip(rim, rim[1:]):
             mesh.triangle(middle, a, b)
     return mesh
@@ -705,7 +750,8 @@ def slab(width, depth, corner, profile, steps=10):
 
 def round_profile(y0, y1, edge, steps=4):
     """Returns a profile of `slab` with round edges at bottom and top."""
-    low = [(edge * (1 - sin(pi / 2 * k / steps)), y0 + edge * (1 - cos(pi / 2 * k / steps))) for k in range(steps + 1)]
+    low = [(edge * (1 - sin(pi / 2 * k / steps)), y0 + edge * (1 - cos(pi / 2 * k / steps)))
+           for k in range(steps + 1)]
     return low + [(inset, y0 + y1 - y) for inset, y in reversed(low)]
 
 
@@ -727,7 +773,8 @@ def knurled(radius, y0, y1, teeth, depth, edge=0.06, duty=0.5):
             angle = tau * k / count
             n = (cos(angle) + slope * sin(angle), 0, sin(angle) - slope * cos(angle))
             n = add(n, (0, {y0: -1, y1: 1}.get(y, 0.0), 0))
-            row.append(mesh.vertex(((r - inset) * cos(angle), y, (r - inset) * sin(angle)), n, (k / count, 0)))
+            row.append(mesh.vertex(((r - inset) * cos(angle), y, (r - inset) * sin(angle)), n,
+                                   (k / count, 0)))
         rows.append(row)
     mesh.grid(rows)
     for row, up in ((rows[0], -1), (rows[-1], 1)):
@@ -747,7 +794,13 @@ FONT = {  # Rows of three bits from the top.
 }
 
 
-def label(name, width, height, texts, ticks=(), size=2, colors=((12, 12, 13), (222, 220, 212), (214, 92, 40))):
+def label(name,
+          width,
+          height,
+          texts,
+          ticks=(),
+          size=2,
+          colors=((12, 12, 13), (222, 220, 212), (214, 92, 40))):
     """Writes an image with texts of (x, y, text, colour), and ticks of (x, y0, y1, colour)."""
     pixels = [[0] * width for _ in range(height)]
     for left, top, text, color in texts:
@@ -782,14 +835,16 @@ def camera():
                 near.append(math.hypot(a + px - u, b + py - v))
         near.sort()
         return min(0.45, near[1] - near[0])
+
     normal_map("leather", 256, grain, 1.6)
 
-    marks = [(k * 64 + 6, 6, text, 1) for k, text in enumerate(["0.7", "0.8", "1", "1.2", "1.5", "2", "3", "5", "10"] * 2)
-             if k < 16]
+    marks = [(k * 64 + 6, 6, text, 1)
+             for k, text in enumerate(["0.7", "0.8", "1", "1.2", "1.5", "2", "3", "5", "10"] * 2) if k < 16]
     label("scale", 1024, 32, marks, [(k * 16 + 14, 22, 30 if k % 4 == 0 else 26, 1) for k in range(64)])
-    stops = [(k * 48 + 4, 4, text, 2 if text == "8" else 1)
-             for k, text in enumerate(["2", "2.8", "4", "5.6", "8", "11", "16", "16", "11", "8", "5.6", "4", "2.8", "2",
-                                       "2.8", "4", "5.6", "8", "11", "16", "16"])]
+    stops = [(k * 48 + 4, 4, text, 2 if text == "8" else 1) for k, text in enumerate([
+        "2", "2.8", "4", "5.6", "8", "11", "16", "16", "11", "8", "5.6", "4", "2.8", "2", "2.8", "4", "5.6",
+        "8", "11", "16", "16"
+    ])]
     label("stops", 1024, 24, stops, [(k * 24 + 8, 18, 23, 1) for k in range(42)])
     label("ring", 1024, 32, [(40, 10, "TRISECT  1:2  50 mm", 1), (560, 10, "TRISECT  1:2  50 mm", 1)], size=3)
 
@@ -797,20 +852,40 @@ def camera():
     model.material("chrome", (0.78, 0.77, 0.75), 1.0, 0.27)
     model.material("bright", (0.86, 0.85, 0.84), 1.0, 0.12)
     model.material("leather", (0.022, 0.02, 0.019), 0.0, 0.42, normal=("leather.png", 1.0))
-    model.material("black", (0.012, 0.012, 0.013), 0.0, 0.38, clearcoat={"clearcoatFactor": 0.6, "clearcoatRoughnessFactor": 0.25})
+    model.material("black", (0.012, 0.012, 0.013),
+                   0.0,
+                   0.38,
+                   clearcoat={"clearcoatFactor": 0.6, "clearcoatRoughnessFactor": 0.25})
     model.material("anodised", (0.05, 0.05, 0.053), 1.0, 0.36)
     model.material("scale", (1, 1, 1), 0.0, 0.4, texture="scale.png")
     model.material("stops", (1, 1, 1), 0.0, 0.4, texture="stops.png")
     model.material("ring", (1, 1, 1), 0.0, 0.45, texture="ring.png")
-    model.material("window", (0.01, 0.012, 0.016), 0.0, 0.04, clearcoat={"clearcoatFactor": 1.0},
-                   iridescence={"iridescenceFactor": 0.12, "iridescenceIor": 1.38, "iridescenceThicknessMaximum": 240})
-    model.material("element", (1, 1, 1), 0.0, 0.0, transmission={"transmissionFactor": 1.0},
-                   volume={"thicknessFactor": 1.0}, ior={"ior": 1.6},
-                   iridescence={"iridescenceFactor": 1.0, "iridescenceIor": 1.38,
-                                "iridescenceThicknessMinimum": 270, "iridescenceThicknessMaximum": 270})
-    model.material("coated", (0.01, 0.004, 0.02), 0.0, 0.04, clearcoat={"clearcoatFactor": 1.0},
-                   iridescence={"iridescenceFactor": 1.0, "iridescenceIor": 1.6, "iridescenceThicknessMaximum": 330})
-    model.material("red", (0.62, 0.03, 0.02), 0.0, 0.3, clearcoat={"clearcoatFactor": 1.0, "clearcoatRoughnessFactor": 0.05})
+    model.material(
+        "window", (0.01, 0.012, 0.016),
+        0.0,
+        0.04,
+        clearcoat={"clearcoatFactor": 1.0},
+        iridescence={"iridescenceFactor": 0.12, "iridescenceIor": 1.38, "iridescenceThicknessMaximum": 240})
+    model.material("element", (1, 1, 1),
+                   0.0,
+                   0.0,
+                   transmission={"transmissionFactor": 1.0},
+                   volume={"thicknessFactor": 1.0},
+                   ior={"ior": 1.6},
+                   iridescence={
+                       "iridescenceFactor": 1.0, "iridescenceIor": 1.38, "iridescenceThicknessMinimum": 270,
+                       "iridescenceThicknessMaximum": 270
+                   })
+    model.material(
+        "coated", (0.01, 0.004, 0.02),
+        0.0,
+        0.04,
+        clearcoat={"clearcoatFactor": 1.0},
+        iridescence={"iridescenceFactor": 1.0, "iridescenceIor": 1.6, "iridescenceThicknessMaximum": 330})
+    model.material("red", (0.62, 0.03, 0.02),
+                   0.0,
+                   0.3,
+                   clearcoat={"clearcoatFactor": 1.0, "clearcoatRoughnessFactor": 0.05})
 
     # Body: base plate, leather, top plate with its step.
     model.add("anodised", slab(13.6, 3.3, 1.6, round_profile(0.0, 0.85, 0.14)))
@@ -835,8 +910,11 @@ def camera():
     # Shutter dial, release, advance lever, rewind knob.
     model.add("bright", knurled(0.92, 7.05, 7.62, 40, 0.06).move(3.75, 0, 0))
     model.add("black", lathe([(0, 7.64), (0.6, 7.64), (0.62, 7.6)][::-1], 40).move(3.75, 0, 0))
-    model.add("bright", lathe(bevel([(0.62, 7.1), (0.62, 7.28), (0.42, 7.34), (0.40, 7.42), (0.30, 7.42), (0.26, 7.38),
-                                     (0.0, 7.38)], 0.03, 2), 40).move(5.55, 0, 0.25))
+    model.add(
+        "bright",
+        lathe(
+            bevel([(0.62, 7.1), (0.62, 7.28), (0.42, 7.34), (0.40, 7.42), (0.30, 7.42), (0.26, 7.38),
+                   (0.0, 7.38)], 0.03, 2), 40).move(5.55, 0, 0.25))
     model.add("red", lathe([(0.24, 7.38), (0.24, 7.5), (0.2, 7.55), (0, 7.52)], 32).move(5.55, 0, 0.25))
     lever = slab(2.9, 0.62, 0.3, round_profile(7.3, 7.48, 0.06)).move(1.1, 0, 0).turn("y", -158)
     model.add("bright", lever.move(5.6, 0, -0.55))
@@ -844,11 +922,15 @@ def camera():
     model.add("bright", knurled(0.72, 7.1, 7.75, 30, 0.07).move(-6.0 + 0.2, 0, -0.1).scale(1, 1, 1))
 
     # Self-timer lever, mount release, strap lugs.
-    model.add("bright", lathe(bevel([(0.42, 0), (0.42, 0.24), (0, 0.26)], 0.06), 32).turn("x", 90).move(5.0, 4.4, 1.58))
-    model.add("bright", slab(1.9, 0.42, 0.2, round_profile(0, 0.2, 0.06)).turn("x", 90).turn("z", -80).move(4.93, 3.6, 1.74))
+    model.add("bright",
+              lathe(bevel([(0.42, 0), (0.42, 0.24), (0, 0.26)], 0.06), 32).turn("x", 90).move(5.0, 4.4, 1.58))
+    model.add(
+        "bright",
+        slab(1.9, 0.42, 0.2, round_profile(0, 0.2, 0.06)).turn("x", 90).turn("z", -80).move(4.93, 3.6, 1.74))
     model.add("red", ball(0.13, 16).move(-2.95, 4.95, 1.72))
     for side in (-1, 1):
-        loop = [(side * (6.72 + 0.34 * sin(pi * k / 12)), 5.1 + 0.42 * cos(pi * k / 12), 0.55) for k in range(13)]
+        loop = [(side * (6.72 + 0.34 * sin(pi * k / 12)), 5.1 + 0.42 * cos(pi * k / 12), 0.55)
+                for k in range(13)]
         model.add("bright", tube(loop, 0.075, 10))
 
     # Lens, built around +y from the mount outwards, then turned to +z.
@@ -860,25 +942,38 @@ def camera():
     lens.append(("bright", lathe(bevel([(2.4, 1.8), (2.4, 1.98), (2.3, 2.0)], 0.03), 72)))
     lens.append(("stops", lathe([(2.34, 1.96), (2.34, 2.3)], 96)))
     lens.append(("anodised", knurled(2.42, 2.3, 2.72, 52, 0.06)))
-    lens.append(("anodised", lathe(bevel([(2.2, 2.7), (2.22, 3.3), (2.12, 3.34), (2.06, 3.3), (2.02, 3.06), (1.9, 3.04)], 0.03), 96)))
+    lens.append(
+        ("anodised",
+         lathe(bevel([(2.2, 2.7), (2.22, 3.3), (2.12, 3.34), (2.06, 3.3), (2.02, 3.06), (1.9, 3.04)], 0.03),
+               96)))
     lens.append(("ring", lathe([(1.92, 3.05), (1.46, 2.86)], 96)))
-    lens.append(("black", lathe([(1.46, 2.87), (1.44, 2.55), (1.36, 2.55), (1.34, 2.1), (1.1, 2.1), (1.08, 1.5)], 72)))
-    front = [(1.45 * sin(0.5 * k / 12) / sin(0.5), 2.5 + 1.45 / sin(0.5) * (cos(0.5 * k / 12) - cos(0.5)) * 0.9) for k in range(13)]
-    back = [(1.45 * k / 8, 2.42 + 0.06 * (k / 8) ** 2) for k in range(9)]
+    lens.append(
+        ("black", lathe([(1.46, 2.87), (1.44, 2.55), (1.36, 2.55), (1.34, 2.1), (1.1, 2.1), (1.08, 1.5)],
+                        72)))
+    front = [(1.45 * sin(0.5 * k / 12) / sin(0.5),
+              2.5 + 1.45 / sin(0.5) * (cos(0.5 * k / 12) - cos(0.5)) * 0.9) for k in range(13)]
+    back = [(1.45 * k / 8, 2.42 + 0.06 * (k / 8)**2) for k in range(9)]
     lens.append(("element", lathe(back + front[::-1], 72)))
-    lens.append(("coated", lathe([(1.12 * sin(0.7 * k / 12) / sin(0.7), 1.5 + 1.1 * (cos(0.7 * k / 12) - cos(0.7))) for k in range(13)][::-1], 64)))
+    lens.append(("coated",
+                 lathe([(1.12 * sin(0.7 * k / 12) / sin(0.7), 1.5 + 1.1 * (cos(0.7 * k / 12) - cos(0.7)))
+                        for k in range(13)][::-1], 64)))
     for material, mesh in lens:
         model.add(material, mesh.turn("x", 90).move(0.35, 3.35, 1.55))
     model.write("camera")
 
     # A sheet of paper that bends upwards behind the camera.
-    one("backdrop", surface(lambda u, v: (lerp(-60, 60, u), *(
-        (0.0, lerp(60, -20, v / 0.5)) if v < 0.5 else
-        (16 * (1 - cos(pi / 2 * (v - 0.5) / 0.2)), -20 - 16 * sin(pi / 2 * (v - 0.5) / 0.2)) if v < 0.7 else
-        (16 + 60 * (v - 0.7) / 0.3, -36))), 1, 60))
+    one(
+        "backdrop",
+        surface(
+            lambda u, v: (lerp(-60, 60, u), *(
+                (0.0, lerp(60, -20, v / 0.5))
+                if v < 0.5 else (16 * (1 - cos(pi / 2 * (v - 0.5) / 0.2)), -20 - 16 * sin(pi / 2 *
+                                                                                          (v - 0.5) / 0.2))
+                if v < 0.7 else (16 + 60 * (v - 0.7) / 0.3, -36))), 1, 60))
 
 
 # Ten thousand lanterns over a lake, in metres -----------------------------------------------------
+
 
 def lanterns():
     """Writes the lanterns with their instances, the lake, its shores, the jetty and the boat."""
@@ -892,24 +987,25 @@ def lanterns():
         x, y, z = add(add(mul(turn[:3], lean[3]), mul(lean[:3], turn[3])), cross(lean[:3], turn[:3]))
         return (x, y, z, lean[3] * turn[3] - dot(lean[:3], turn[:3]))
 
-    path = smooth([(-30, 1, -150), (-52, 12, -118), (-36, 26, -84), (6, 37, -74), (44, 46, -88), (62, 62, -130),
-                   (40, 84, -190)], 40)
+    path = smooth([(-30, 1, -150), (-52, 12, -118), (-36, 26, -84), (6, 37, -74), (44, 46, -88),
+                   (62, 62, -130), (40, 84, -190)], 40)
 
     def place():
         kind = dice.random()
         if kind < 0.58:  # The stream that rises from the far shore.
-            t = dice.random() ** 1.15
+            t = dice.random()**1.15
             p = path[min(int(t * len(path)), len(path) - 1)]
             wide = 3.5 + 13 * t
             return add(p, (dice.gauss(0, wide), dice.gauss(0, 0.55 * wide), dice.gauss(0, wide)))
         if kind < 0.955:  # Those that have left it.
-            return (dice.gauss(0, 85), 3 + abs(dice.gauss(0, 36)), -16 - 250 * dice.random() ** 0.8)
+            return (dice.gauss(0, 85), 3 + abs(dice.gauss(0, 36)), -16 - 250 * dice.random()**0.8)
         return (dice.uniform(-70, 70), 0.02, dice.uniform(-200, -14))  # Those that swim.
 
     def visible(p):
         return p[1] > 0.0 and p[2] < -11 and (p[1] > 1 or abs(p[0]) > 3)
 
-    kinds = [("lantern_gold", 0.42, 4000, (1, 0.55, 0.2), 1.9), ("lantern_amber", 0.36, 4000, (1, 0.44, 0.13), 1.6),
+    kinds = [("lantern_gold", 0.42, 4000, (1, 0.55, 0.2), 1.9),
+             ("lantern_amber", 0.36, 4000, (1, 0.44, 0.13), 1.6),
              ("lantern_red", 0.46, 2000, (1, 0.34, 0.09), 1.3)]
     for name, radius, count, color, strength in kinds:
         model = Model()
@@ -921,8 +1017,9 @@ def lanterns():
             p = place()
             if visible(p):
                 calm = 0.2 if p[1] < 1 else 1
-                model.instances.append((p, quaternion(dice.uniform(0, tau), calm * abs(dice.gauss(0, 0.13)),
-                                                      dice.uniform(0, tau))))
+                model.instances.append(
+                    (p, quaternion(dice.uniform(0, tau), calm * abs(dice.gauss(0, 0.13)),
+                                   dice.uniform(0, tau))))
         model.write(name)
 
     def dusk(column, row, width=64, height=128):
@@ -937,7 +1034,8 @@ def lanterns():
             if up <= y1:
                 t = (up - y0) / (y1 - y0)
                 near = max(0.0, 1 - up / 0.3)
-                return tuple(lerp(a, b, t) * lerp(1, 0.25 + 0.9 * west ** 3, near) for a, b in zip(c0, c1))
+                return tuple(lerp(a, b, t) * lerp(1, 0.25 + 0.9 * west**3, near) for a, b in zip(c0, c1))
+
     write_hdr("dusk", 64, 128, dusk)
 
     waves = Noise(21)
@@ -945,6 +1043,7 @@ def lanterns():
     def ripple(x, y):
         u, v = x / 256, y / 256
         return waves.sum(u, v, 7, 5, 4) + 0.5 * waves.sum(v, u, 5, 9, 3)
+
     normal_map("ripples", 256, ripple, 1.1)
     lake = Mesh()
     lake.quad(*(lake.vertex((x, 0, z), (0, 1, 0), (x / 9, z / 16))
@@ -954,12 +1053,15 @@ def lanterns():
     ridge = Noise(9)
 
     def range_of(seed, depth, height, base):
+
         def at(u, v):
             x = lerp(-520, 520, u)
             rough = ridge.sum((u + seed) % 1, 0.37 * seed % 1, 9, 5, 6)
-            top = base + height * rough ** 1.6 * (0.45 + 0.55 * (abs(x + 40) / 300) ** 0.9)
+            top = base + height * rough**1.6 * (0.45 + 0.55 * (abs(x + 40) / 300)**0.9)
             return (x, -2 + (top + 2) * v, -depth - 60 * v)
+
         return at
+
     one("hills", surface(range_of(0.13, 330, 95, 6), 200, 2))
     one("mountains", surface(range_of(0.55, 420, 230, 20), 220, 2))
 
@@ -970,25 +1072,36 @@ def lanterns():
     model.material("inside", (0.26, 0.16, 0.09), 0.0, 0.6)
     model.material("iron", (0.03, 0.03, 0.032), 1.0, 0.5)
     for k in range(52):
-        model.add("planks", rounded_box(2.3 + dice.uniform(-0.06, 0.06), 0.06, 0.29, 0.015, 1)
-                  .turn("y", dice.uniform(-0.8, 0.8)).turn("z", dice.uniform(-0.4, 0.4))
-                  .move(dice.uniform(-0.03, 0.03), 0.6 + dice.uniform(-0.008, 0.008), 9.0 - 0.315 * k))
+        model.add(
+            "planks",
+            rounded_box(2.3 + dice.uniform(-0.06, 0.06), 0.06, 0.29, 0.015,
+                        1).turn("y", dice.uniform(-0.8, 0.8)).turn("z", dice.uniform(-0.4, 0.4)).move(
+                            dice.uniform(-0.03, 0.03), 0.6 + dice.uniform(-0.008, 0.008), 9.0 - 0.315 * k))
     for z in (7.6, 4.2, 0.8, -2.6, -6.0, -7.0):
         for side in (-1, 1):
             tall = 1.75 if z in (0.8, -6.0, 4.2) else 0.95
-            model.add("posts", lathe(bevel([(0.1, -1), (0.1, tall), (0, tall + 0.03)], 0.03), 14).move(1.16 * side, 0, z))
+            model.add(
+                "posts",
+                lathe(bevel([(0.1, -1), (0.1, tall), (0, tall + 0.03)], 0.03), 14).move(1.16 * side, 0, z))
             if tall > 1:
-                model.add("iron", tube([(1.16 * side, 1.66, z), (0.92 * side, 1.72, z), (0.8 * side, 1.66, z)], 0.02, 8))
-                model.add("iron", lathe([(0.0, 0.21), (0.11, 0.15), (0.1, 0.13)][::-1], 14).move(0.8 * side, 1.42, z))
-                model.add("iron", lathe([(0.0, -0.14), (0.08, -0.14), (0.08, -0.11), (0, -0.11)], 14).move(0.8 * side, 1.42, z))
+                model.add(
+                    "iron",
+                    tube([(1.16 * side, 1.66, z), (0.92 * side, 1.72, z), (0.8 * side, 1.66, z)], 0.02, 8))
+                model.add("iron",
+                          lathe([(0.0, 0.21), (0.11, 0.15), (0.1, 0.13)][::-1], 14).move(0.8 * side, 1.42, z))
+                model.add(
+                    "iron",
+                    lathe([(0.0, -0.14), (0.08, -0.14), (0.08, -0.11), (0, -0.11)],
+                          14).move(0.8 * side, 1.42, z))
 
     def hull(u, v):
         x = lerp(-1, 1, u)
-        beam = 0.62 * max(0.0, 1 - abs(x) ** 2.6) ** 0.75 + 0.015
+        beam = 0.62 * max(0.0, 1 - abs(x)**2.6)**0.75 + 0.015
         angle = lerp(-pi / 2, pi / 2, v)
         rise = 0.22 * x * x + 0.03
         return (2.1 * x, 0.42 + rise - 0.6 * cos(angle) * (1 - 0.3 * x * x),
                 beam * sin(angle) * (1 + 0.12 * cos(angle)))
+
     outer = surface(hull, 36, 14)
     if outer.normals[0][1] > 0:
         outer = outer.flip()
@@ -1003,6 +1116,7 @@ def lanterns():
 
 # The interior, in metres --------------------------------------------------------------------------
 
+
 def interior():
     """Writes the furniture of the room, and its textures."""
     wood("oak", 31, 6, [(134, 92, 56), (178, 130, 84), (206, 164, 116)], contrast=0.34)
@@ -1015,30 +1129,33 @@ def interior():
             return 0 if border != 6 else 2
         d = (abs((x - 48) % 26 - 13) + abs((y - 32) % 26 - 13)) % 13
         return (3, 3, 0, 3, 2, 2, 3, 3, 1, 3, 3, 3, 0)[d]
+
     write_png("rug", 96, 64, rug, [(214, 200, 176), (52, 68, 88), (176, 92, 62), (150, 60, 46)])
 
     def picture(name, size, function):
-        write_png(name, *size, function, [(236, 228, 212), (198, 106, 66), (38, 60, 72), (222, 170, 92), (120, 140, 128),
-                                          (24, 28, 32), (232, 206, 178)])
+        write_png(name, *size, function, [(236, 228, 212), (198, 106, 66), (38, 60, 72), (222, 170, 92),
+                                          (120, 140, 128), (24, 28, 32), (232, 206, 178)])
 
     def sunset(x, y):
-        if (x - 64) ** 2 + (y - 62) ** 2 < 30 ** 2:
+        if (x - 64)**2 + (y - 62)**2 < 30**2:
             return 1
         if y > 112 + 9 * sin(x / 17):
             return 2
         if y > 92 + 12 * sin(x / 23 + 2):
             return 4
         return 3 if y > 74 + 10 * sin(x / 31 + 1) else 0
+
     picture("picture_sun", (128, 160), sunset)
 
     def shapes(x, y):
-        if (x - 44) ** 2 + (y - 56) ** 2 < 26 ** 2:
+        if (x - 44)**2 + (y - 56)**2 < 26**2:
             return 2
-        if (x - 80) ** 2 / 1.4 + (y - 104) ** 2 < 30 ** 2 and y > 96:
+        if (x - 80)**2 / 1.4 + (y - 104)**2 < 30**2 and y > 96:
             return 1
         if abs(x - 84) < 14 and 34 < y < 96:
             return 3
         return 5 if abs(y - 96) < 1 and 18 < x < 112 else 6
+
     picture("picture_shapes", (128, 160), shapes)
 
     def leaf_print(x, y):
@@ -1046,12 +1163,13 @@ def interior():
             cx, cy = 64 + (18 if k % 2 else -18) * (1 - k / 12), 132 - 13 * k
             a = (x - cx) * 0.8 + (y - cy) * (0.6 if k % 2 else -0.6)
             b = -(x - cx) * (0.6 if k % 2 else -0.6) + (y - cy) * 0.8
-            if (a / 20) ** 2 + (b / 7.5) ** 2 < 1:
+            if (a / 20)**2 + (b / 7.5)**2 < 1:
                 return 4 if k % 3 else 2
         return 2 if abs(x - 64) < 1.5 and 24 < y < 146 else 0
+
     picture("picture_leaf", (128, 160), leaf_print)
-    write_png("shade", 2, 64, lambda x, y: y, ramp([(190, 130, 78), (236, 184, 122), (255, 216, 160), (244, 190, 126),
-                                                    (206, 146, 88)], 64))
+    write_png("shade", 2, 64, lambda x, y: y,
+              ramp([(190, 130, 78), (236, 184, 122), (255, 216, 160), (244, 190, 126), (206, 146, 88)], 64))
 
     dice = random.Random(77)
     model = Model()
@@ -1071,7 +1189,12 @@ def interior():
     model.material("stem", (0.16, 0.12, 0.06), 0.0, 0.7)
     model.material("orange", (0.8, 0.3, 0.03), 0.0, 0.4)
     model.material("glaze", (0.12, 0.24, 0.27), 0.0, 0.12)
-    model.material("shade", (0.7, 0.6, 0.45), 0.0, 0.9, emission=(1, 0.72, 0.4), strength=1.0, glow="shade.png")
+    model.material("shade", (0.7, 0.6, 0.45),
+                   0.0,
+                   0.9,
+                   emission=(1, 0.72, 0.4),
+                   strength=1.0,
+                   glow="shade.png")
     model.material("bulb", (0, 0, 0), 0.0, 1.0, emission=(1, 0.66, 0.34), strength=60.0)
     for file in ("sun", "shapes", "leaf"):
         model.material(f"picture {file}", (1, 1, 1), 0.0, 0.6, texture=f"picture_{file}.png")
@@ -1079,23 +1202,32 @@ def interior():
     # Sofa at the rear wall.
     def put(material, mesh, x, y, z):
         model.add(material, mesh.move(x, y, z))
+
     sx, sz = -0.55, -1.9
     put("sofa", rounded_box(2.1, 0.22, 0.86, 0.05, 2), sx, 0.26, sz)
     put("sofa", rounded_box(2.1, 0.5, 0.2, 0.07, 3), sx, 0.56, sz - 0.34)
     for side in (-1, 1):
         put("sofa", rounded_box(0.17, 0.42, 0.88, 0.07, 3), sx + side * 1.0, 0.42, sz)
         put("sofa", rounded_box(0.9, 0.15, 0.68, 0.055, 2, puff=0.035), sx + side * 0.455, 0.435, sz + 0.09)
-        put("sofa", rounded_box(0.88, 0.18, 0.4, 0.06, 2, puff=0.05).turn("x", 76), sx + side * 0.455, 0.7, sz - 0.17)
+        put("sofa",
+            rounded_box(0.88, 0.18, 0.4, 0.06, 2, puff=0.05).turn("x", 76), sx + side * 0.455, 0.7, sz - 0.17)
         for z in (-0.34, 0.34):
             put("oak", lathe([(0.018, 0), (0.03, 0.16)], 12), sx + side * 0.93, 0, sz + z)
-    for material, x, lean, yaw, size in (("rust", -0.72, 66, 14, 0.42), ("cream", 0.66, 66, -12, 0.44), ("ochre", 0.36, 60, -22, 0.36)):
-        put(material, rounded_box(size, 0.07, size, 0.03, 2, puff=0.055).turn("x", lean).turn("y", yaw), sx + x, 0.66,
+    for material, x, lean, yaw, size in (("rust", -0.72, 66, 14, 0.42), ("cream", 0.66, 66, -12, 0.44),
+                                         ("ochre", 0.36, 60, -22, 0.36)):
+        put(material,
+            rounded_box(size, 0.07, size, 0.03, 2, puff=0.055).turn("x", lean).turn("y", yaw), sx + x, 0.66,
             sz + (0.07 if size > 0.4 else 0.2))
     # Throw over an arm.
-    put("cream", surface(lambda u, v: (0.105 * cos(pi * min(1, max(0, (v - 0.3) / 0.4))) * 1.0 + (0.006 * sin(40 * u)),
-                                       0.02 * sin(pi * v) + (0.1 * sin(pi * min(1, max(0, (v - 0.3) / 0.4))) if 0.3 < v < 0.7 else
-                                                             -(0.3 - v) * 0.9 if v <= 0.3 else -(v - 0.7) * 0.9),
-                                       lerp(-0.2, 0.2, u) + 0.012 * sin(9 * v)), 12, 24), sx + 1.0, 0.56, sz + 0.14)
+    put(
+        "cream",
+        surface(
+            lambda u, v: (0.105 * cos(pi * min(1, max(0, (v - 0.3) / 0.4))) * 1.0 +
+                          (0.006 * sin(40 * u)), 0.02 * sin(pi * v) +
+                          (0.1 * sin(pi * min(1, max(0, (v - 0.3) / 0.4)))
+                           if 0.3 < v < 0.7 else -(0.3 - v) * 0.9
+                           if v <= 0.3 else -(v - 0.7) * 0.9), lerp(-0.2, 0.2, u) + 0.012 * sin(9 * v)), 12,
+            24), sx + 1.0, 0.56, sz + 0.14)
 
     # Rug, coffee table and what stands on it.
     carpet = rounded_box(2.5, 0.018, 1.66, 0.008, 1)
@@ -1109,19 +1241,23 @@ def interior():
         angle = tau * (k / 3 + 0.08)
         leg = [(tx + r * cos(angle), y, tz + r * sin(angle)) for r, y in ((0.26, 0.39), (0.39, 0.015))]
         model.add("oak", tube(leg, lambda t: 0.026 - 0.012 * t, 12))
-    dish = smooth([(0.07, 0.0), (0.13, 0.02), (0.17, 0.07)], 4) + smooth([(0.162, 0.072), (0.122, 0.03), (0.0, 0.014)], 4)
+    dish = smooth([(0.07, 0.0), (0.13, 0.02), (0.17, 0.07)], 4) + smooth([(0.162, 0.072), (0.122, 0.03),
+                                                                          (0.0, 0.014)], 4)
     put("glaze", lathe([(0, 0)] + dish, 32), tx - 0.1, 0.42, tz - 0.08)
     for x, y, z in ((-0.05, 0.06, 0.0), (0.05, 0.06, 0.04), (0.0, 0.065, -0.06), (0.005, 0.125, 0.0)):
         put("orange", ball(0.042, 16), tx - 0.1 + x, 0.42 + y, tz - 0.08 + z)
 
     for level, (material, size) in enumerate((("rust", 0.2), ("white", 0.18))):
-        put(material, rounded_box(size, 0.028, size * 1.35, 0.004, 1).turn("y", 24 + 14 * level), tx + 0.19, 0.435 + 0.029 * level, tz + 0.13)
+        put(material,
+            rounded_box(size, 0.028, size * 1.35, 0.004, 1).turn("y", 24 + 14 * level), tx + 0.19,
+            0.435 + 0.029 * level, tz + 0.13)
     mug = bevel([(0, 0), (0.036, 0), (0.04, 0.085)], 0.008) + [(0.036, 0.086), (0.034, 0.01), (0, 0.01)]
     put("white", lathe(mug, 24), tx + 0.2, 0.4785, tz + 0.12)
 
     # Floor lamp.
     lx, lz = 0.86, -1.98
-    put("brass", lathe(bevel([(0, 0), (0.15, 0), (0.15, 0.02), (0.012, 0.035), (0.012, 0.08)], 0.008), 32), lx, 0, lz)
+    put("brass", lathe(bevel([(0, 0), (0.15, 0), (0.15, 0.02), (0.012, 0.035), (0.012, 0.08)], 0.008), 32),
+        lx, 0, lz)
     model.add("brass", tube([(lx, 0.03, lz), (lx, 1.45, lz)], 0.011, 12))
     put("shade", lathe([(0.22, 1.36), (0.15, 1.68)], 40), lx, 0, lz)
     put("bulb", ball(0.042, 14), lx, 1.52, lz)
@@ -1150,23 +1286,28 @@ def interior():
             if dice.random() < 0.06:
                 x += 0.1
     vase = smooth([(0.05, 0), (0.085, 0.08), (0.07, 0.17), (0.03, 0.22), (0.04, 0.26)], 5)
-    put("clay", lathe([(0, 0)] + vase + [(0.033, 0.26), (0.022, 0.22), (0, 0.1)], 28), bx + 0.08, 0.505, bz + 0.04)
+    put("clay", lathe([(0, 0)] + vase + [(0.033, 0.26), (0.022, 0.22), (0, 0.1)], 28), bx + 0.08, 0.505,
+        bz + 0.04)
     put("brass", ball(0.09, 22), bx + 0.1, 1.325 + 0.09, bz + 0.04)
 
     # Plant: leaves on stems that lean outwards.
     px, pz = -2.45, -1.85
-    pot = bevel([(0, 0), (0.15, 0), (0.19, 0.34), (0.2, 0.36)], 0.02) + [(0.185, 0.365), (0.175, 0.3), (0, 0.3)]
+    pot = bevel([(0, 0), (0.15, 0), (0.19, 0.34), (0.2, 0.36)], 0.02) + [(0.185, 0.365), (0.175, 0.3),
+                                                                         (0, 0.3)]
     put("white", lathe(pot, 36), px, 0, pz)
     put("stem", disc(0.176, 24), px, 0.305, pz)
 
     def blade(length, width, bend):
+
         def at(u, v):
-            w = width * sin(pi * min(1.0, v ** 0.75)) ** 0.8 * (u - 0.5)
+            w = width * sin(pi * min(1.0, v**0.75))**0.8 * (u - 0.5)
             a = bend * v
             return (w, length * sin(a) / bend + 0.25 * abs(w), length * (1 - cos(a)) / bend)
+
         front = surface(at, 4, 9)
         return front + front.map(lambda p: sub(p, (0, 0, 0.0012))).flip() if front.normals[20][2] > 0 else \
             front + front.map(lambda p: add(p, (0, 0, 0.0012))).flip()
+
     for k in range(32):
         yaw, lean = k * 137.5, 6 + 34 * ((k * 0.618) % 1)
         height = 0.35 + 0.75 * (1 - (k * 0.618) % 1) * dice.uniform(0.8, 1.1)
@@ -1177,9 +1318,12 @@ def interior():
             put(material, mesh.turn("y", yaw), px, 0.3, pz)
 
     # Pictures above the sofa.
-    for name, x, width, height in (("leaf", -1.25, 0.44, 0.56), ("sun", -0.55, 0.52, 0.66), ("shapes", 0.12, 0.44, 0.56)):
-        for dx, dy, w, h in ((0, 1, width + 0.05, 0.025), (0, -1, width + 0.05, 0.025), (1, 0, 0.025, height), (-1, 0, 0.025, height)):
-            put("oak", rounded_box(w, h, 0.03, 0.004, 1), x + dx * (width / 2 + 0.012), 1.52 + dy * (height / 2 + 0.012), -2.283)
+    for name, x, width, height in (("leaf", -1.25, 0.44, 0.56), ("sun", -0.55, 0.52, 0.66), ("shapes", 0.12,
+                                                                                             0.44, 0.56)):
+        for dx, dy, w, h in ((0, 1, width + 0.05, 0.025), (0, -1, width + 0.05, 0.025), (1, 0, 0.025, height),
+                             (-1, 0, 0.025, height)):
+            put("oak", rounded_box(w, h, 0.03, 0.004, 1), x + dx * (width / 2 + 0.012),
+                1.52 + dy * (height / 2 + 0.012), -2.283)
         put(f"picture {name}", panel(width, height), x, 1.52, -2.288)
 
     # Windows in the wall at x = -3: frames, sills and curtains.
@@ -1193,22 +1337,30 @@ def interior():
         put("white", rounded_box(0.26, 0.035, z1 - z0 + 0.16, 0.01, 1), -2.94, 0.44, middle)
         model.add("brass", tube([(-2.9, 2.5, z0 - 0.42), (-2.9, 2.5, z1 + 0.42)], 0.012, 10))
         for edge, way in ((z0 - 0.3, 1), (z1 + 0.3, -1)):
+
             def folds(u, v, edge=edge, way=way):
-                width = 0.44 - 0.1 * sin(pi * min(1, v * 1.15)) ** 2
+                width = 0.44 - 0.1 * sin(pi * min(1, v * 1.15))**2
                 return (-2.9 + 0.035 * sin(tau * 5 * u) * (0.5 + 0.5 * v), lerp(2.49, 0.04, v),
                         edge + way * (width * u + 0.012 * cos(tau * 5 * u)))
+
             sheet = surface(folds, 44, 5)
             model.add("curtain", sheet)
 
     # Armchair at the left, turned to the sofa.
     chair = []
-    chair.append(("rust", rounded_box(0.58, 0.12, 0.56, 0.05, 2, puff=0.03).turn("x", -5).move(0, 0.42, 0.02)))
+    chair.append(("rust", rounded_box(0.58, 0.12, 0.56, 0.05, 2, puff=0.03).turn("x", -5).move(0, 0.42,
+                                                                                               0.02)))
     chair.append(("rust", rounded_box(0.56, 0.11, 0.5, 0.05, 2, puff=0.03).turn("x", 74).move(0, 0.7, -0.26)))
     for side in (-1, 1):
         x = side * 0.33
-        chair.append(("walnut", tube(smooth([(x, 0.0, 0.3), (x, 0.3, 0.28), (x, 0.57, 0.27)], 4), lambda t: 0.016 + 0.008 * t, 10)))
-        chair.append(("walnut", tube(smooth([(x, 0.0, -0.42), (x, 0.35, -0.3), (x, 0.62, -0.33), (x, 0.95, -0.45)], 4), lambda t: 0.016 + 0.006 * sin(pi * t), 10)))
-        chair.append(("walnut", rounded_box(0.055, 0.026, 0.68, 0.012, 2).turn("x", -3).move(x, 0.595, -0.02)))
+        chair.append(("walnut",
+                      tube(smooth([(x, 0.0, 0.3), (x, 0.3, 0.28), (x, 0.57, 0.27)], 4),
+                           lambda t: 0.016 + 0.008 * t, 10)))
+        chair.append(("walnut",
+                      tube(smooth([(x, 0.0, -0.42), (x, 0.35, -0.3), (x, 0.62, -0.33), (x, 0.95, -0.45)], 4),
+                           lambda t: 0.016 + 0.006 * sin(pi * t), 10)))
+        chair.append(("walnut", rounded_box(0.055, 0.026, 0.68, 0.012, 2).turn("x", -3).move(x, 0.595,
+                                                                                             -0.02)))
         chair.append(("walnut", tube([(x, 0.34, 0.28), (x, 0.3, -0.33)], 0.016, 10)))
     for y, z in ((0.33, 0.27), (0.31, -0.31), (0.9, -0.435), (0.52, -0.31)):
         chair.append(("walnut", tube([(-0.33, y, z), (0.33, y, z)], 0.016, 10)))
