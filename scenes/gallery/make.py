@@ -604,12 +604,12 @@ def normal_map(name, size, height, strength):
 # The still life, in decimetres -------------------------------------------------------------------
 
 
-def one(name, mesh):
+def one(name, mesh, uvs=False):
     """Writes a model of one mesh, whose material the scene states."""
     model = Model()
     model.material("default")
     model.add("default", mesh)
-    model.write(name, uvs=True)
+    model.write(name, uvs)
 
 
 def vessel(name, outside, inside, level, sides=56):
@@ -677,14 +677,14 @@ def still_life():
         at = math.atan2(p[2], p[0]) / tau % 1
         return mul(p, 0.97 + 0.06 * dents.sum(at, (p[1] + 0.5) % 1, 5, 3, 2))
 
-    one("lemon", renormal(lathe(smooth(half, 3), 40).map(dent)))
+    one("lemon", renormal(lathe(smooth(half, 3), 40).map(dent)), uvs=True)
 
     def cloth(u, v):
         x, z = (u - 0.5) * 1.9, (v - 0.5) * 4.6
         fold = 0.018 * sin(5 * x + 1.3 * sin(1.7 * z)) * sin(0.9 * z + 0.5)**2 + 0.012 * sin(3.1 * z + 2 * x)
         return (x + 0.05 * sin(1.4 * z), 0.032 + fold, z + 0.04 * sin(2.3 * x))
 
-    one("cloth", surface(cloth, 28, 64))
+    one("cloth", surface(cloth, 28, 64), uvs=True)
 
     wood("walnut", 11, 5, [(62, 38, 24), (104, 66, 40), (146, 100, 64)], contrast=0.3)
     pores = Noise(5)
@@ -1048,7 +1048,7 @@ def lanterns():
     lake = Mesh()
     lake.quad(*(lake.vertex((x, 0, z), (0, 1, 0), (x / 9, z / 16))
                 for x, z in ((-400, 20), (400, 20), (400, -420), (-400, -420))))
-    one("lake", lake)
+    one("lake", lake, uvs=True)
 
     ridge = Noise(9)
 
