@@ -1274,7 +1274,7 @@ def interior():
         if level == 5:
             break
         x = -wide / 2 + 0.035
-        gap = dice.uniform(0.2, 0.5) * wide
+        dice.random()  # Without it the books would be others than those of the published image.
         while x < wide / 2 - 0.08:
             if level in (1, 3) and -0.1 < x < 0.1:
                 x += 0.36
