@@ -1274,7 +1274,6 @@ def interior():
         if level == 5:
             break
         x = -wide / 2 + 0.035
-        dice.random()  # Without it the books would be others than those of the published image.
         while x < wide / 2 - 0.08:
             if level in (1, 3) and -0.1 < x < 0.1:
                 x += 0.36
@@ -1334,7 +1333,7 @@ def interior():
         put("white", rounded_box(0.05, 1.9, 0.04, 0.008, 1), -3.04, 1.4, middle)
         for y in (0.48, 1.75, 2.32):
             put("white", rounded_box(0.07, 0.06 if y != 1.75 else 0.04, z1 - z0, 0.008, 1), -3.04, y, middle)
-        put("white", rounded_box(0.26, 0.035, z1 - z0 + 0.16, 0.01, 1), -2.94, 0.44, middle)
+        put("white", rounded_box(0.2, 0.035, z1 - z0 + 0.16, 0.01, 1), -3.05, 0.44, middle)
         model.add("brass", tube([(-2.9, 2.5, z0 - 0.42), (-2.9, 2.5, z1 + 0.42)], 0.012, 10))
         for edge, way in ((z0 - 0.3, 1), (z1 + 0.3, -1)):
 
