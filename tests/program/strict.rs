@@ -37,7 +37,7 @@ fn warnings_are_errors_if_denied() {
     ] {
         let warned = render(text, &[]);
         let told = String::from_utf8_lossy(&warned.stderr).into_owned();
-        assert!(warned.status.success() && told.contains(&format!("warning: ")), "{wanted}: {told}");
+        assert!(warned.status.success() && told.contains("warning: "), "{wanted}: {told}");
         assert_eq!(told.matches(wanted).count(), 1, "{wanted}: {told}");
         fs::remove_file(&image).unwrap();
         let arguments = ["--deny-warnings"];
