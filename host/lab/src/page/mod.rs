@@ -1,7 +1,7 @@
 //! Report pages: one HTML file each, which loads nothing, is readable without scripts, in light and
 //! dark, and on paper.
 //!
-//! [`Document`] is the frame of a page with its style and script. The other modules make its parts:
+//! `Document` is the frame of a page with its style and script. The other modules make its parts:
 //! sortable tables, charts with tooltips, and images with a slider between two of them.
 
 mod bars;
