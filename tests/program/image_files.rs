@@ -62,7 +62,7 @@ fn oiiotool_reads_png() {
             &format!("{image} :   32 x   16, 3 channel, uint8 png"),
             "oiio:ColorSpace: \"sRGB\"",
             "Software: \"Trisect 0.1.0\"",
-            &format!("Scene: \"{}\"", folder.file("a.ron")),
+            "Scene: \"a.ron\"",
             "Samples: \"4\"",
             "Seed: \"7\"",
             "Exposure: \"1\"",
@@ -143,7 +143,7 @@ fn openexr_reads_exr() {
             "worldToCamera (type m44f):",
             "worldToNDC (type m44f):",
             "(1 0 0 0",
-            "0 0 -5 1)",
+            "0 0 5 1)",
         ],
     );
     let image = render(&folder, "b.exr", &["--float", "--metadata", "all"]);
@@ -205,13 +205,23 @@ fn formats_without_what_was_asked_for_are_refused() {
         ("a.exr", ["--gamma", "2.2"], "--gamma is for a display"),
         ("a.jpg", ["--background", "transparent"], "needs a format with alpha; use .png, .tif or .exr"),
         ("a.tif", ["--aov", "depth"], "--aov needs a format with layers; use .exr"),
-        ("a.gif", ["--gamma", "2.2"], "unknown image format; use .png, .jpg, .tif, .exr, .hdr or .pfm"),
+        ("b.gif", ["--gamma", "2.2"], "unknown image format; use .png, .jpg, .tif, .exr, .hdr or .pfm"),
     ] {
         let file = folder.file(name);
         let arguments = ["render", &folder.file("a.ron"), "-o", &file, option[0], option[1]];
         check_failure(&trisect(&arguments), &arguments, 2, &[wanted]);
         assert!(!folder.path(name).exists());
     }
+}
+
+/// An image that the format has no room for is refused before it is rendered.
+#[test]
+fn images_fit_their_format() {
+    let folder = folder("size");
+    let (scene, image) = (folder.file("a.ron"), folder.file("a.jpg"));
+    let arguments = ["render", &scene, "-o", &image, "--resolution", "70000x1"];
+    let wanted = ["a.jpg: the image is 70000 pixels long, and the format has at most 65535"];
+    check_failure(&trisect(&arguments), &arguments, 1, &wanted);
 }
 
 /// Standard output has the bytes of the file, and a reader that ends early is no error.
@@ -269,6 +279,19 @@ fn several_scenes_have_files_of_their_own() {
     }
     let same = ["render", &a, &a, "-o", &name];
     check_failure(&trisect(&same), &same, 2, &["of_a.png: -o and -o are the same file"]);
+    let piped = ["render", &a, &b, "-o", "-"];
+    check_failure(&trisect(&piped), &piped, 2, &["standard output cannot be combined with several scenes"]);
+    // One scene may be what a pattern of names gave.
+    run(&[&["render", &a, "-o", &folder.file("single_{scene}.png")], &common[..]].concat());
+    assert!(fs::read(folder.path("single_a.png")).unwrap() == fs::read(&alone).unwrap());
+    // The output of a scene may be the texture of another.
+    let texture = trisect::output::encode_bytes(2, 2, &[200; 12]).unwrap();
+    fs::write(folder.path("a.png"), &texture).unwrap();
+    let textured = "textures: { \"t\": (file: \"a.png\") }, materials: { \"u\": Lambertian(albedo: (1, 1, 1), texture: \"t\"),";
+    fs::write(&b, SCENE.replace("materials: {", textured)).unwrap();
+    let over = ["render", &a, &b, "-o", &folder.file("{scene}.png")];
+    check_failure(&trisect(&over), &over, 2, &["a.png: -o would overwrite a file of a scene"]);
+    assert!(fs::read(folder.path("a.png")).unwrap() == texture);
 }
 
 /// Names, key and manifest of mattes as another reader sees them; the ids are those of the

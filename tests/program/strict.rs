@@ -129,7 +129,13 @@ fn results_go_to_files_and_to_standard_output() {
         parse(&printed);
         parse(&trisect(&[arguments, &["--json=-"]].concat()).stdout);
     }
+    // The next word is the scene, not the file of --json.
+    let output = trisect(&["render", "--json", &scene, "-o", &image, "--backend", "cpu", "-q"]);
+    assert_eq!(serde_json::from_slice::<Value>(&output.stdout).unwrap()["scene"], *scene);
+    assert_eq!(fs::read_to_string(&scene).unwrap(), SCENE);
     let over = format!("--json={scene}");
+    let measure = ["tradeoff", &scene, &over, "-o", &folder.file("report")];
+    check_failure(&trisect(&measure), &measure, 2, &["--json would overwrite the scene"]);
     let arguments = ["check", &scene, &over];
     check_failure(&trisect(&arguments), &arguments, 2, &["--json would overwrite the scene"]);
 }

@@ -39,12 +39,17 @@ fn main() -> ExitCode {
 #[inline(never)]
 fn run() -> ExitCode {
     let start = Instant::now();
-    let command = match cli::Cli::try_parse() {
+    let mut command = match cli::Cli::try_parse() {
         Ok(cli) => cli.command,
         Err(usage) => return terminal::print_usage(&usage),
     };
     for note in cli::old_spellings::notes(std::env::args_os().skip(1)) {
         terminal::eprint(&format!("note: {note}"));
+    }
+    match &mut command {
+        cli::Command::Render(arguments) => arguments.log.unify(),
+        cli::Command::Resume(arguments) => arguments.log.unify(),
+        _ => {}
     }
     let outcome = match command {
         cli::Command::Render(arguments) => commands::scenes::render(&arguments),

@@ -4,22 +4,25 @@ use crate::render::Fingerprint;
 use crate::stats::RenderStats;
 use glam::{DMat4, DVec3, DVec4, Vec3};
 use serde_json::Value;
+use std::path::Path;
 use std::time::SystemTime;
 use trisect_image::output::{CameraMetadata, Metadata, ToneMap};
 use trisect_scene::Rebase;
 use trisect_shared::camera::Camera;
 
-/// Returns what decides an image of the scene `scene` with `samples` per pixel, the mean over the
-/// image. Renders of one fingerprint with equal samples have equal metadata.
+/// Returns what decides an image of the scene `scene`, of whose path the file's name is kept, with
+/// `samples` per pixel, the mean over the image. Renders of one fingerprint with equal samples
+/// have equal metadata.
 pub fn of_image(scene: &str, samples: f64, fingerprint: &Fingerprint) -> Metadata {
     let setting = |name: &str| match fingerprint.settings.get(name) {
         Some(Value::String(text)) => text.clone(),
         Some(value) => value.to_string(),
         None => String::new(),
     };
+    let file_name = Path::new(scene).file_name().map_or(scene.into(), |name| name.to_string_lossy());
     let hash: String = fingerprint.sha256().iter().take(16).map(|byte| format!("{byte:02x}")).collect();
     let entries = vec![
-        ("Scene", scene.to_owned()),
+        ("Scene", file_name.into_owned()),
         ("Samples", format!("{}", (samples * 1000.0).round() / 1000.0)),
         ("Seed", setting("seed")),
         ("Max Depth", setting("depth")),
@@ -58,18 +61,19 @@ pub fn camera(camera: &Camera, space: Rebase, (width, height): (u32, u32)) -> Ca
     let origin = camera.origin.as_dvec3() / space.scale + space.origin;
     let row = |axis: DVec3| axis.extend(-axis.dot(origin));
     // Rows of the matrix that multiplies column vectors.
-    let world_to_camera = [row(right), row(up), row(back), DVec4::W];
+    let world_to_camera = [row(right), row(up), row(-back), DVec4::W];
     let is_parallel = camera.is_parallel != 0;
     // Half of the image's extent at distance 1, or everywhere in a parallel projection.
     let distance = if is_parallel { space.scale } else { -corner.dot(back) };
     let half_width = 0.5 * f64::from(width) * step_x.length() / distance;
     let half_height = 0.5 * f64::from(height) * step_y.length() / distance;
-    let last = if is_parallel { DVec4::W } else { DVec4::new(0.0, 0.0, -1.0, 0.0) };
+    // What a perspective divides by, and a half of it: the middle of the image.
+    let divisor = if is_parallel { DVec4::W } else { DVec4::Z };
     let projection = [
-        DVec4::new(1.0 / half_width, 0.0, 0.0, 0.0),
-        DVec4::new(0.0, 1.0 / half_height, 0.0, 0.0),
-        DVec4::new(0.0, 0.0, -1.0, 0.0),
-        last,
+        DVec4::X * (0.5 / half_width) + divisor * 0.5,
+        DVec4::Y * (-0.5 / half_height) + divisor * 0.5,
+        DVec4::Z,
+        divisor,
     ];
     // glam's columns are the rows of a matrix for row vectors, as OpenEXR's are stored.
     let columns = |rows: [DVec4; 4]| DMat4::from_cols(rows[0], rows[1], rows[2], rows[3]).transpose();
@@ -97,9 +101,9 @@ mod tests {
         std::array::from_fn(|column| (0..4).map(|row| point[row] * f64::from(matrix[row][column])).sum())
     }
 
-    /// The corners of the image are at -1 and 1, in both projections and in a scaled space.
+    /// The corner of the image is at 0, in both projections and in a scaled space.
     #[test]
-    fn the_image_is_minus_one_to_one() {
+    fn the_image_is_from_zero_to_one() {
         for parallel_height in [0.0, 4.0] {
             let look_from = DVec3::new(1.0, 2.0, 5.0);
             let pose = CameraPose {
@@ -118,13 +122,15 @@ mod tests {
                 [(own.world_to_ndc, corner), (found.world_to_ndc, corner / space.scale + space.origin)]
             {
                 let [x, y, _, w] = times(corner, matrix);
-                assert!((x / w + 1.0).abs() < 1e-5 && (y / w - 1.0).abs() < 1e-5, "{x} {y} {w}");
+                assert!((x / w).abs() < 1e-5 && (y / w).abs() < 1e-5, "{x} {y} {w}");
             }
+            let [x, y, _, w] = times(pose.look_at, own.world_to_ndc);
+            assert!((x / w - 0.5).abs() < 1e-5 && (y / w - 0.5).abs() < 1e-5 && w > 0.0, "{x} {y} {w}");
             let at = times(look_from, own.world_to_camera);
             assert!(at.iter().take(3).all(|x| x.abs() < 1e-5), "{at:?}");
             let ahead = times(pose.look_at, own.world_to_camera);
             let length = (pose.look_at - look_from).length();
-            assert!(ahead[0].abs() < 1e-5 && (ahead[2] + length).abs() < 1e-5, "{ahead:?}");
+            assert!(ahead[0].abs() < 1e-5 && (ahead[2] - length).abs() < 1e-5, "{ahead:?}");
             let fov = own.vertical_fov.map(|fov| f64::from(fov).to_radians());
             assert_eq!(fov.is_some(), parallel_height == 0.0);
             assert!(fov.is_none_or(|fov| (fov - pose.vertical_fov).abs() < 1e-6), "{fov:?}");

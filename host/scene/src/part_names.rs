@@ -1,7 +1,7 @@
 //! Names of a scene's parts as in the scene file, for findings and messages.
 
 use crate::description::{Description, Shape, ShapeKind};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// Names of an object and of its material, as in the scene's file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -31,16 +31,24 @@ pub(crate) fn all(scene: &Description) -> Vec<PartName> {
         object: object(&scene.shape_objects, *index).unwrap_or_else(|| format!("shape {index}")),
         material: material(shape.material),
     });
-    let mut counts: HashMap<&str, u32> = HashMap::new();
+    let mut taken: HashSet<String> = HashSet::new();
+    let mut counts: HashMap<String, u32> = HashMap::new();
     let instances = scene.instances.iter().enumerate().map(|(index, instance)| {
         let mesh = scene.meshes.get(instance.mesh);
-        let name = mesh.map_or("", |mesh| mesh.name.as_str());
+        let name = match mesh.map_or("", |mesh| mesh.name.as_str()) {
+            "" => format!("mesh {}", instance.mesh),
+            name => name.to_owned(),
+        };
         let of_file = object(&scene.instance_objects, index);
         let object = of_file.unwrap_or_else(|| {
             // Instances of one mesh, or of meshes of one name, have numbers from the second on.
-            let count = counts.entry(name).or_insert(0);
-            *count += 1;
-            if *count == 1 { name.to_owned() } else { format!("{name} {count}") }
+            let next = counts.entry(name.clone()).or_insert(1);
+            let mut own = name.clone();
+            while !taken.insert(own.clone()) {
+                *next += 1;
+                own = format!("{name} {next}");
+            }
+            own
         });
         PartName { object, material: material(mesh.map_or(usize::MAX, |mesh| mesh.material)) }
     });

@@ -8,8 +8,19 @@ use std::path::PathBuf;
 #[derive(Clone, Debug, Args)]
 pub struct LogArgs {
     /// Write statistics of the render as JSON; `-` prints them to standard output (default: none).
-    #[arg(long, visible_alias = "json", value_name = "FILE")]
+    #[arg(long, value_name = "FILE")]
     pub stats: Option<PathBuf>,
+
+    /// Another spelling of --stats: --json prints, --json=FILE writes a file.
+    #[arg(
+        long,
+        value_name = "FILE",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "-",
+        conflicts_with = "stats"
+    )]
+    pub json: Option<PathBuf>,
 
     /// Print warnings and errors only: no progress, no summary.
     #[arg(short, long)]
@@ -18,6 +29,14 @@ pub struct LogArgs {
     /// Also print the kernel with its traversal and schedule, and the time of each phase.
     #[arg(short, long, conflicts_with = "quiet")]
     pub verbose: bool,
+}
+
+impl LogArgs {
+    /// Takes the value of `--json` for that of `--stats`.
+    pub fn unify(&mut self) {
+        let json = self.json.take();
+        self.stats = self.stats.take().or(json);
+    }
 }
 
 /// Option `--json` of commands that print a result.

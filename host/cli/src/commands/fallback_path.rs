@@ -3,6 +3,7 @@
 use super::eprint;
 use std::path::{Path, PathBuf};
 use trisect::image::ImageError;
+use trisect::output::is_stdout;
 use trisect_lab::Error;
 
 /// Writes a file to `path`, or to a [fallback path](write_to_fallback_path) if that fails, and
@@ -39,7 +40,11 @@ fn write_in_new_folder(
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o700));
     let folder =
         builder.tempdir_in(parent).map_err(|source| ImageError::Io { path: parent.to_owned(), source })?;
-    let new = folder.path().join(path.file_name().unwrap_or_default());
+    let name = match path.to_str().filter(|_| is_stdout(path)) {
+        Some(text) => format!("image.{}", text.strip_suffix(":-").unwrap_or("png")).into(),
+        None => path.file_name().unwrap_or_default().to_owned(),
+    };
+    let new = folder.path().join(name);
     write(&new)?;
     let _ = folder.keep();
     Ok(new)

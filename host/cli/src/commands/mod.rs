@@ -30,11 +30,13 @@ mod view;
 pub use crate::terminal::{eprint, print};
 
 use crate::cli::{CheckpointArgs, ClusterArgs, FallbackArg, JobArgs, MetadataArg, RenderArgs};
+use std::path::Path;
 use std::thread;
 use std::time::Instant;
 use trisect::device::{self, Choice, Selection};
+use trisect::image::ImageError;
 use trisect::metadata;
-use trisect::output::{CameraMetadata, Outputs};
+use trisect::output::{CameraMetadata, Format, Outputs};
 use trisect::precision;
 use trisect::render::{KernelFeatures, MathMode, PreparedScene, Renderer, Settings, Summation};
 use trisect::scene::{PartName, Rebase, Scene, SceneDocument, SceneError};
@@ -212,6 +214,7 @@ impl Session {
     pub fn open_to_render(job: &JobArgs, arguments: &RenderArgs, outputs: &Outputs) -> Result<Self, Error> {
         let keep = &arguments.checkpointing;
         let loaded = Loaded::read(job, outputs)?;
+        check_size(&arguments.output, &loaded.settings)?;
         loaded.warn(job)?;
         let start = Instant::now();
         let open = || {
@@ -260,6 +263,20 @@ impl Session {
         let start = Instant::now();
         let selection = open(job.backend, job.device, job.threads)?;
         Ok(loaded.on(selection, start.elapsed().as_secs_f64(), job)?)
+    }
+}
+
+/// Checks that the format of an image file has room for the image.
+fn check_size(path: &Path, settings: &Settings) -> Result<(), ImageError> {
+    let side = settings.width.max(settings.height);
+    match Format::of(path)?.max_side() {
+        Some(most) if side > most => {
+            let message = format!(
+                "the image is {side} pixels long, and the format has at most {most}; use .png or .tif"
+            );
+            Err(ImageError::Codec { path: path.to_owned(), message })
+        }
+        _ => Ok(()),
     }
 }
 

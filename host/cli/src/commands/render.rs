@@ -4,7 +4,7 @@
 
 mod write;
 
-pub use write::{RenderOutput, finish, write_outputs};
+pub use write::{BEYOND_HALF, RenderOutput, finish, write_outputs};
 
 use super::background;
 use super::checkpointing::{ProgressObserver, RenderStart, RenderSupervisor, StopReason};

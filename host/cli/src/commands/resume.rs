@@ -1,5 +1,6 @@
 //! `trisect resume` continues a render from its checkpoint; `trisect merge` combines checkpoints.
 
+use super::render::BEYOND_HALF;
 use super::{Session, background, eprint, render};
 use crate::cli::{Background, Cli, Command, MergeArgs, MetadataArg, RenderArgs, ResumeArgs, Samples};
 use clap::Parser;
@@ -12,7 +13,7 @@ use trisect::film::{Film, SampleBlock, Summation};
 use trisect::image::ImageError;
 use trisect::metadata;
 use trisect::output::exposure::Exposure;
-use trisect::output::{self, Format, Outputs};
+use trisect::output::{self, Format, Outputs, exceeds_half};
 use trisect::threads::start_shared;
 use trisect_lab::Error;
 
@@ -35,7 +36,7 @@ pub fn run(arguments: &ResumeArgs) -> Result<ExitCode, Error> {
     if !command.log.quiet {
         render::announce(&session, &render::goal_text(&session, None));
         eprint(&describe_contents(&checkpoint));
-        if arguments.output.is_none() {
+        if arguments.output.is_none() && !output::is_stdout(&command.output) {
             eprint(&format!("  the image goes to {}, as the checkpoint says", command.output.display()));
         }
     }
@@ -154,7 +155,9 @@ pub fn merge(arguments: &MergeArgs) -> Result<ExitCode, Error> {
             rows.start, rows.end, samples.start, samples.end
         ));
     }
-    eprint(&format!("wrote {}", arguments.output.display()));
+    if !output::is_stdout(&arguments.output) {
+        eprint(&format!("wrote {}", arguments.output.display()));
+    }
     Ok(ExitCode::SUCCESS)
 }
 
@@ -200,10 +203,16 @@ fn write_image(arguments: &MergeArgs, sum: &Checkpoint) -> Result<(), Error> {
         let samples = film.counts().samples as f64 / film.pixels.len().max(1) as f64;
         let mut metadata = metadata::of_image(&sum.header.scene, samples, &fingerprint);
         metadata::add_display(&mut metadata, exposed.stops, file.tone_map());
+        if file.metadata() == MetadataArg::All {
+            eprint("warning: --metadata all: a merged image has no device, time and date of its own");
+        }
         metadata.camera = sum.header.camera;
         encoding.metadata = metadata;
     }
     background::write(background, &image, film, Vec::new(), (path, &encoding))?;
+    if matches!(Format::of(path), Ok(Format::Exr)) && !file.float && exceeds_half(&image.pixels) {
+        eprint(BEYOND_HALF);
+    }
     if let Some(automatic) = exposed.automatic {
         eprint(&automatic.to_string());
     }

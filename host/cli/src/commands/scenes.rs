@@ -6,7 +6,8 @@ use crate::cli::{DEFAULT_OUTPUT, JobArgs, RenderArgs};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use trisect::error::MotionError;
-use trisect::output::{ConflictError, is_stdout};
+use trisect::output::{ConflictError, Outputs, is_stdout};
+use trisect::scene::SceneDocument;
 use trisect_lab::Error;
 
 /// Part of a file's name in whose place the scene's name stands.
@@ -15,10 +16,13 @@ const SCENE: &str = "{scene}";
 /// Renders all scenes of a command. One that fails does not keep the others from being rendered;
 /// the exit code is that of the first failure.
 pub fn render(arguments: &RenderArgs) -> Result<ExitCode, Error> {
-    if arguments.more.is_empty() {
+    let has_name = |path: &Path| path.to_str().is_some_and(|text| text.contains(SCENE));
+    let is_named = has_name(&arguments.output) || arguments.log.stats.as_deref().is_some_and(has_name);
+    if arguments.more.is_empty() && !(is_named && arguments.job.scene.is_some()) {
         return dispatch::render(arguments);
     }
     let commands = commands(arguments)?;
+    check_inputs(&commands)?;
     let mut first_failure = ExitCode::SUCCESS;
     for command in &commands {
         let code = match dispatch::render(command) {
@@ -44,8 +48,10 @@ fn commands(arguments: &RenderArgs) -> Result<Vec<RenderArgs>, Error> {
     let one = [
         ("--distribute", arguments.cluster.distribute.is_some()),
         ("--checkpoint", checkpointing.checkpoint.is_some()),
+        ("standard output", is_stdout(&arguments.output)),
     ];
-    if let Some((what, _)) = one.into_iter().find(|(_, given)| *given) {
+    let several = !arguments.more.is_empty();
+    if let Some((what, _)) = one.into_iter().find(|(_, given)| *given && several) {
         let remedy = "start a command for each scene";
         return Err(MotionError::Beside { what, with: "several scenes", remedy }.into());
     }
@@ -64,13 +70,36 @@ fn commands(arguments: &RenderArgs) -> Result<Vec<RenderArgs>, Error> {
             ..arguments.clone()
         };
         command.log.stats = stats;
-        let same = commands.iter().any(|other| other.output == command.output && !is_stdout(&other.output));
-        if same {
-            return Err(ConflictError::Outputs { path: command.output, first: "-o", second: "-o" }.into());
+        for other in &commands {
+            let same_stats = command.log.stats.is_some() && other.log.stats == command.log.stats;
+            let same = [(other.output == command.output, "-o"), (same_stats, "--stats")];
+            if let Some((_, option)) = same.into_iter().find(|(same, _)| *same) {
+                let path = command.output;
+                return Err(ConflictError::Outputs { path, first: option, second: option }.into());
+            }
         }
         commands.push(command);
     }
     Ok(commands)
+}
+
+/// Checks that no scene's output is a file that any of the scenes needs. A scene that cannot be
+/// read is reported when it is rendered.
+fn check_inputs(commands: &[RenderArgs]) -> Result<(), ConflictError> {
+    let outputs = commands.iter().fold(Outputs::default(), |outputs, command| {
+        outputs.file("-o", Some(&command.output)).file("--stats", command.log.stats.as_deref())
+    });
+    for job in commands.iter().map(|command| &command.job) {
+        outputs.check_inputs("a scene", &job.scene)?;
+        let Some(scene) = &job.scene else { continue };
+        let (includes, surroundings) = (job.includes.includes(), job.surroundings.surroundings());
+        let document =
+            SceneDocument::load_in_surroundings(scene, includes, &job.model.options(), &surroundings);
+        if let Ok(document) = document {
+            outputs.check_inputs("a file of a scene", &document.description.files)?;
+        }
+    }
+    Ok(())
 }
 
 /// Returns a path in which the name of a scene's file stands for `{scene}`.

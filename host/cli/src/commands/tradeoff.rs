@@ -1,7 +1,7 @@
 //! `trisect tradeoff` measures what options cost and gain; `trisect converge` measures how errors
 //! fall with the number of samples.
 
-use super::data::print_result;
+use super::data::{print_result, probe};
 use super::lab::{LabSupervisor, exit_code};
 use super::{Loaded, eprint, given_options, open};
 use crate::cli::{ConvergeArgs, JobArgs, ReferenceArgs, TradeoffArgs};
@@ -79,7 +79,11 @@ pub fn run(arguments: &TradeoffArgs) -> Result<ExitCode, Error> {
     super::refuse_ranks_that_measure()?;
     check_seeds(arguments.seeds)?;
     let cache = cache(&arguments.reference)?;
-    let outputs = Outputs::default().folder("-o", Some(&arguments.output), is_output);
+    let outputs = Outputs::default()
+        .folder("-o", Some(&arguments.output), is_output)
+        .file("--json", arguments.json.json.as_deref());
+    outputs.check()?;
+    arguments.json.json.as_deref().map_or(Ok(()), probe)?;
     let mut supervisor = LabSupervisor::new(arguments.time_limit, arguments.quiet);
     let ready = LabSetup::new(&arguments.job, &outputs)?;
     let mut modes = ready.configurations(&arguments.knobs)?;
@@ -142,7 +146,11 @@ pub fn follow(arguments: &ConvergeArgs) -> Result<ExitCode, Error> {
     super::refuse_ranks_that_measure()?;
     check_seeds(arguments.seeds)?;
     let cache = cache(&arguments.reference)?;
-    let outputs = Outputs::default().file("-o", arguments.output.as_deref());
+    let outputs = Outputs::default()
+        .file("-o", arguments.output.as_deref())
+        .file("--json", arguments.json.json.as_deref());
+    outputs.check()?;
+    arguments.json.json.as_deref().map_or(Ok(()), probe)?;
     let mut supervisor = LabSupervisor::new(arguments.time_limit, false);
     let ready = LabSetup::new(&arguments.job, &outputs)?;
     let modes = ready.configurations(&arguments.knobs)?;

@@ -1,6 +1,7 @@
 //! OpenEXR files of any channels.
 
-use super::{Encoding, Metadata, Picture};
+use super::channel::TASK;
+use super::{Channel, Encoding, Metadata, Picture, Samples, color_channels};
 use ::exr::block::writer::ChunksWriter;
 use ::exr::block::{UncompressedBlock, enumerate_ordered_header_block_indices};
 use ::exr::image::write::layers::{LayersWriter, WritableLayers};
@@ -9,7 +10,6 @@ use ::exr::meta::header::ImageAttributes;
 use ::exr::prelude::{AnyChannel, AnyChannels, Encoding as ExrEncoding, FlatSamples, IntegerBounds};
 use ::exr::prelude::{Layer, LayerAttributes, Vec2, f16};
 use rayon::prelude::*;
-use std::borrow::Cow;
 use std::io::Cursor;
 
 /// Maximum finite value of a 16-bit float.
@@ -25,53 +25,6 @@ const REC_709: Chromaticities = Chromaticities {
 
 /// Bytes of a file before the attributes of its header: magic number and version.
 const START: usize = 8;
-
-/// Number of samples that a task of the thread pool converts.
-const TASK: usize = 1 << 14;
-
-/// Samples of a channel, row by row, top row first.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Samples {
-    /// Numbers that have 16 bits if the encoding permits.
-    Color(Vec<f32>),
-    /// 32-bit floating-point numbers.
-    F32(Vec<f32>),
-    /// 32-bit unsigned integers.
-    U32(Vec<u32>),
-}
-
-/// Channel of an OpenEXR file.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Channel {
-    /// Name in the file; the part before the last dot names a layer.
-    pub name: Cow<'static, str>,
-    /// One sample for each pixel.
-    pub samples: Samples,
-}
-
-impl Channel {
-    /// Makes a channel.
-    pub fn new(name: impl Into<Cow<'static, str>>, samples: Samples) -> Self {
-        Self { name: name.into(), samples }
-    }
-}
-
-/// Returns three channels of colours, named `prefix` and R, G and B.
-pub fn color_channels(prefix: &str, values: &[[f32; 3]]) -> Vec<Channel> {
-    channels(prefix, ["R", "G", "B"], values, Samples::Color)
-}
-
-/// Returns three channels, named `prefix` and `names`.
-pub fn channels(
-    prefix: &str,
-    names: [&str; 3],
-    values: &[[f32; 3]],
-    samples: impl Fn(Vec<f32>) -> Samples,
-) -> Vec<Channel> {
-    let column = |c: usize| values.par_iter().with_min_len(TASK).map(|value| value[c]).collect();
-    let channel = |(c, name)| Channel::new(format!("{prefix}{name}"), samples(column(c)));
-    names.into_iter().enumerate().map(channel).collect()
-}
 
 /// Returns whether a finite value of the pixels is beyond 16-bit floats.
 pub fn exceeds_half(pixels: &[[f32; 3]]) -> bool {

@@ -72,6 +72,11 @@ impl Format {
         matches!(self, Self::Png | Self::Tiff | Self::Exr)
     }
 
+    /// Returns the maximum width and height in pixels, if the format has one.
+    pub fn max_side(self) -> Option<u32> {
+        (self == Self::Jpeg).then_some(u16::MAX.into())
+    }
+
     /// Returns whether a channel may have 16 bits.
     pub fn has_16_bits(self) -> bool {
         matches!(self, Self::Png | Self::Tiff)

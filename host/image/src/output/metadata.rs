@@ -20,10 +20,10 @@ pub struct Metadata {
 /// those of OpenEXR do; lengths are in scene units.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CameraMetadata {
-    /// From world coordinates to those of the camera: x to the right, y upwards, z backwards.
+    /// From world coordinates to those of the camera: x to the right, y upwards, z forwards.
     pub world_to_camera: [[f32; 4]; 4],
-    /// From world coordinates to normalised device coordinates: x and y are -1 to 1 over the
-    /// image, after division by w.
+    /// From world coordinates to normalised device coordinates: after division by w, x and y are 0
+    /// at the image's top left corner and 1 at its bottom right one.
     pub world_to_ndc: [[f32; 4]; 4],
     /// Vertical field of view in degrees; `None` for a parallel projection.
     pub vertical_fov: Option<f32>,

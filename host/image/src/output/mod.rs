@@ -1,6 +1,7 @@
 //! Writing of image files by extension: PNG, JPEG and TIFF for a display, EXR, HDR and PFM with
 //! linear radiance; and checks of the output files of a command.
 
+mod channel;
 mod conflict;
 mod encoding;
 pub mod exposure;
@@ -15,9 +16,10 @@ mod png;
 mod tiff;
 mod tone_map;
 
+pub use channel::{Channel, Samples, channels, color_channels};
 pub use conflict::{ConflictError, Outputs, check_stored};
 pub use encoding::{BitDepth, Encoding, GAMMA_RANGE, Transfer};
-pub use exr::{Channel, MAX_HALF, Samples, channels, color_channels, exceeds_half};
+pub use exr::{MAX_HALF, exceeds_half};
 pub use format::{Format, is_stdout};
 pub use metadata::{CameraMetadata, Metadata};
 pub use picture::Picture;

@@ -1,6 +1,6 @@
 //! A scene that moves, on a device.
 
-use super::super::{Loaded, Session, eprint, fit_to_cpu, open};
+use super::super::{Loaded, Session, eprint, fit_to_cpu, open, warn};
 use crate::cli::{JobArgs, MetadataArg, RenderArgs};
 use std::collections::HashSet;
 use std::time::Instant;
@@ -75,11 +75,9 @@ impl Stage {
         let document = self.animated.document(time)?;
         let animated = &mut self.animated;
         let loaded = Loaded::of_document(&self.job, &self.outputs, document, start, |of| animated.lower(of))?;
-        for warning in &loaded.warnings {
-            if self.said.insert(warning.clone()) {
-                eprint(&format!("warning: at {time:.3} s: {warning}"));
-            }
-        }
+        let new = loaded.warnings.iter().filter(|warning| self.said.insert((*warning).clone()));
+        let new: Vec<String> = new.map(|warning| format!("at {time:.3} s: {warning}")).collect();
+        warn(&new, &loaded.scene.name, self.job.deny_warnings)?;
         self.set_scene(loaded.scene, time, start)
     }
 

@@ -20,6 +20,9 @@ use trisect::output::{Encoding, Format, Metadata, Picture, ToneMap, exceeds_half
 use trisect::stats::RenderStats;
 use trisect_lab::Error;
 
+/// Message about an .exr whose colours do not fit 16-bit floats.
+pub const BEYOND_HALF: &str = "colours have 32 bits: some exceed 65504, the maximum of 16-bit floats";
+
 /// Result of a render, in the form in which it was assembled.
 pub enum RenderOutput<'a> {
     /// Film with all sums.
@@ -96,7 +99,10 @@ pub fn write_outputs(
     if let Some(path) = &arguments.log.stats {
         let text = serde_json::to_string_pretty(&stats)
             .map_err(|error| ImageError::Codec { path: path.clone(), message: error.to_string() })?;
-        told = Some(or_fallback_path(path, |path| data::write(path, &text)));
+        told = Some(match data::is_stdout(path) {
+            true => data::write(path, &text).map(|()| path.clone()),
+            false => or_fallback_path(path, |path| data::write(path, &text)),
+        });
     }
     let path = match (written, &told) {
         (Ok(path), _) => path,
@@ -124,7 +130,7 @@ pub fn write_outputs(
         }
         let is_exr = matches!(Format::of(&path), Ok(Format::Exr)) && !arguments.file.float;
         if is_exr && exposed.as_ref().is_some_and(|(image, _)| exceeds_half(&image.pixels)) {
-            eprint("colours have 32 bits: some exceed 65504, the maximum of 16-bit floats");
+            eprint(BEYOND_HALF);
         }
         if let Some(automatic) = exposed.as_ref().and_then(|(_, exposed)| exposed.automatic) {
             eprint(&automatic.to_string());

@@ -196,13 +196,12 @@ impl Reader<'_, '_> {
         let eta = self.color(element, "eta", Quantity::Share)?;
         let k = self.color(element, "k", Quantity::Share)?;
         let _ = element.property("ext_eta");
-        if name == Some("none") {
+        // Without a material a conductor is a mirror, as with "none".
+        if name == Some("none") || (name, eta, k) == (None, None, None) {
             return Ok(tinted_metal(tint, alpha));
         }
         let (eta, k) = match (name, eta, k) {
-            (None, Some(eta), Some(k)) => (eta, k),
-            (None, None, None) => metal("Cu").unwrap_or_default(),
-            (None, _, _) => return Err(document.error(element, "eta and k belong together; state both")),
+            (None, eta, k) => (eta.unwrap_or(DVec3::ZERO), k.unwrap_or(DVec3::ONE)),
             (Some(name), _, _) => metal(name).ok_or_else(|| {
                 document
                     .error(element, format!("unknown material \"{}\"; state eta and k instead", shown(name)))

@@ -43,6 +43,21 @@ impl Reader<'_, '_> {
         if is_glass && !is_thin && base_color == DVec3::ONE && texture.is_none() {
             return Ok(glass_surface(ior, roughness * roughness));
         }
+        // Light takes the root of the colour at each crossing of a solid's surface.
+        let is_solid = transmission > 0.0 && !is_thin;
+        let base_color = match is_solid && base_color != DVec3::ONE {
+            true if transmission == 1.0 && metallic == 0.0 && texture.is_none() => base_color.map(f64::sqrt),
+            true => {
+                let what = "spec_trans of a coloured principled";
+                self.unsupported(
+                    element,
+                    what,
+                    "light takes base_color at each crossing in place of its root",
+                );
+                base_color
+            }
+            false => base_color,
+        };
         // The coat is a quarter of a boundary of index 1.5 whose alpha is 0.1 to 0.001.
         let coat = (coat > 0.0).then(|| Coat {
             strength: 0.25 * coat,

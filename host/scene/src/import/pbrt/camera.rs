@@ -77,18 +77,19 @@ impl Reader<'_> {
             self.unsupported(at, &what, "taken as perspective");
         }
         let (tokens, settings) = (&self.tokens, &self.assembly.settings);
-        let aspect = f64::from(settings.width) / f64::from(settings.height);
-        let aspect = match parameters.number(tokens, "frameaspectratio", aspect)? {
+        let pixels = f64::from(settings.width) / f64::from(settings.height);
+        let aspect = match parameters.number(tokens, "frameaspectratio", pixels)? {
             ratio if ratio > 0.0 => ratio,
             _ => return self.error(at, "frameaspectratio must be above 0"),
         };
         // The shorter axis of the view goes from -1 to 1.
         let mut half_height = if aspect >= 1.0 { 1.0 } else { 1.0 / aspect };
-        let mut is_shifted = false;
+        let (mut is_shifted, mut window) = (false, aspect);
         match *parameters.numbers(tokens, "screenwindow")? {
             [] => {}
             [left, right, bottom, top] if left < right && bottom < top => {
                 half_height = 0.5 * (top - bottom);
+                window = (right - left) / (top - bottom);
                 is_shifted = (left + right).abs() > 1e-9 * (right - left)
                     || (bottom + top).abs() > 1e-9 * (top - bottom);
             }
@@ -109,6 +110,9 @@ impl Reader<'_> {
             return self.error(at, "lensradius must be 0 or more, focaldistance above 0");
         }
         parameters.ignore(&["shutteropen", "shutterclose"]);
+        if (window / pixels - 1.0).abs() > 1e-6 {
+            self.unsupported(at, "a view whose aspect is not that of the film", "pixels are square");
+        }
         if is_shifted {
             self.unsupported(at, "a screenwindow that is not centred", "the view is centred");
         }
