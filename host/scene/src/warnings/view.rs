@@ -139,7 +139,7 @@ mod tests {
         assert!(warned("look_from: (0, 0, 5), look_at: (3, 0, 3), vertical_fov: 40", BALL).is_some());
         let quad = "Quad(corner: (9, 0, 0), u: (1, 0, 0), v: (0, 1, 0), material: \"grey\")";
         assert!(warned("look_from: (0, 0, 5), look_at: (0, 0, 0), vertical_fov: 40", quad).is_some());
-        let parallel = "look_from: (0, 0, 5), look_at: (0, 0, 0), parallel_height: 4";
+        let parallel = "look_from: (0, 0, 5), look_at: (0, 0, 0), height: 4";
         let beside = "Sphere(center: (7, 0, 0), radius: 1, material: \"grey\")";
         assert!(warned(parallel, beside).is_some());
         assert!(warned(parallel, &beside.replace("(7", "(2")).is_none());
