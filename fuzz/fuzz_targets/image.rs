@@ -1,13 +1,14 @@
 //! Fuzz target: images. The first byte selects the kind: PFM as bytes; HDR, EXR and PFM as
-//! panoramas; PNG, JPEG, WebP and KTX2 as textures; PNG for comparisons. What can be read must be
-//! writable. All but the first are read from files only, so the input is written to one.
+//! panoramas; PNG, JPEG, WebP and KTX2 as textures; PNG, JPEG and TIFF for comparisons. What can be
+//! read must be writable. All but the first are read from files only, so the input is written to
+//! one.
 
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
 use std::path::Path;
 use trisect::image::Image;
-use trisect::output::{Format, encode, pfm};
+use trisect::output::{Encoding, Picture, pfm};
 use trisect::scene::{Scene, import};
 use trisect_fuzz::{bounded, enter_folder, scene, small};
 
@@ -19,12 +20,16 @@ fuzz_target!(
     |bytes: &[u8]| bounded(bytes.len(), || read(bytes))
 );
 
+/// Returns the file of an image that was read.
+fn encoded(image: &Image, name: &str) -> Vec<u8> {
+    Picture::from(image).encode(Path::new(name), &Encoding::default()).expect("what was read can be written")
+}
+
 fn read(bytes: &[u8]) {
     let [kind, bytes @ ..] = bytes else { return };
     if *kind == b'0' {
         if let Ok(image) = pfm::decode(bytes) {
-            let again =
-                pfm::decode(&encode(&image, Format::Pfm).expect("PFM takes everything")).expect("it is PFM");
+            let again = pfm::decode(&encoded(&image, "a.pfm")).expect("it is PFM");
             assert_eq!((again.width, again.height), (image.width, image.height));
         }
         return;
@@ -36,6 +41,8 @@ fn read(bytes: &[u8]) {
         b'1' => "a.hdr",
         b'2' => "a.exr",
         b'3' => "a.pfm",
+        b'6' => "a.jpg",
+        b'7' => "a.tif",
         _ => "a.png",
     };
     std::fs::write(name, bytes).expect("the folder can be written to");
@@ -46,8 +53,8 @@ fn read(bytes: &[u8]) {
         b'4' => drop(import::texture(Path::new(name), false)),
         _ => {
             if let Ok(image) = Image::read(Path::new(name)) {
-                for format in [Format::Png, Format::Exr, Format::Hdr] {
-                    encode(&image, format).expect("what was read can be written");
+                for name in ["b.png", "b.exr", "b.hdr", "b.jpg", "b.tif"] {
+                    encoded(&image, name);
                 }
             }
         }
