@@ -137,7 +137,7 @@ fn outputs_are_checked_before_rendering() {
     // With so many samples the test would not end if the render started.
     let render = ["render", "--backend", "cpu", "--spp", "4000000000", "-o"];
     let at = |path: &str, code, words: &[&str]| fails(&[&render[..], &[path]].concat(), code, words);
-    at("picture.jpg", 2, &["picture.jpg", ".png, .exr, .hdr or .pfm"]);
+    at("picture.gif", 2, &["picture.gif", ".png, .jpg, .tif, .exr, .hdr or .pfm"]);
     at("picture", 2, &["picture", ".png"]);
     let missing = folder.join("no/such/folder/a.png");
     at(missing.to_str().unwrap(), 1, &["a.png", "No such file"]);

@@ -235,8 +235,9 @@ fn bench_report_draws_charts() {
     assert!(page.matches("<svg viewBox=\"0 0 960").count() == 4 && page.contains("cornell_box.ron</th>"));
     // An empty measurement is a usage error, and so is a time limit of zero.
     for wrong in [["--spheres=9"], ["--time-limit=0"]] {
-        let output =
-            Command::new(binary()).args([&["bench", "report"], &arguments[..3], &wrong].concat()).output();
+        let output = Command::new(binary())
+            .args([&["bench", "report"], &arguments[..3], &files[..2], &wrong].concat())
+            .output();
         assert_eq!(output.unwrap().status.code(), Some(2), "{wrong:?}");
     }
 }
