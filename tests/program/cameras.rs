@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "this is how a test fails")]
 
 use std::fs;
+use trisect_tests::models::bending_tube;
 use trisect_tests::program::{Temporary, check_failure, trisect};
 
 const CAMERA: &str = "look_from: (1, 2, 5), look_at: (0, 0.5, 0), up: (0.1, 1, 0), vertical_fov: 35, \
@@ -67,4 +68,29 @@ fn wrong_cameras_are_refused() {
         let arguments = ["render", &scene, options[0], options[1]];
         check_failure(&trisect(&arguments), &arguments, code, &[wanted]);
     }
+}
+
+/// All moments of a shutter, and all frames, have the camera of the options.
+#[test]
+fn what_moves_has_the_camera_of_the_options() {
+    let folder = Temporary::new("cameras", "motion");
+    fs::write(folder.path("tube.gltf"), bending_tube(12, 8)).unwrap();
+    let own = scene("look_from: (0, 1, 9), look_at: (0, 1, 0), vertical_fov: 40");
+    let with_tube = |text: String| text.replace("objects: [", "objects: [Mesh(file: \"tube.gltf\"), ");
+    fs::write(folder.path("a.ron"), with_tube(own)).unwrap();
+    let wanted = "look_from: (4, 2, 6), look_at: (0, 1, 0), vertical_fov: 55";
+    fs::write(folder.path("b.ron"), with_tube(scene(wanted))).unwrap();
+    let frames = |name: &str, options: &[&str]| {
+        let (scene, image) = (folder.file(name), folder.file("a.pfm"));
+        let moves =
+            ["--frames", "0..2", "--fps", "2", "--shutter", "1", "--shutter-steps", "2", "--spp", "4"];
+        let common = ["render", &scene, "-o", &image, "--backend", "cpu", "-q"];
+        let output = trisect(&[&common[..], &moves, options].concat());
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        ["a.0000.pfm", "a.0001.pfm"].map(|name| fs::read(folder.path(name)).unwrap())
+    };
+    let options = ["--look-from", "4,2,6", "--look-at", "0,1,0", "--fov", "55"];
+    assert!(frames("a.ron", &options) == frames("b.ron", &[]));
+    // Negative control: without the options the camera is the file's.
+    assert!(frames("a.ron", &[]) != frames("b.ron", &[]));
 }

@@ -236,6 +236,15 @@ fn images_go_to_standard_output() {
         let file = render(&folder, &format!("a.{format}"), &[]);
         assert!(output.stdout == fs::read(file).unwrap(), "{format}");
     }
+    // An image that cannot go there is not lost.
+    let full = format!(
+        "'{}' render '{scene}' --backend cpu -q -o exr:- > /dev/full",
+        trisect_tests::binary().display()
+    );
+    let shell = Command::new("bash").args(["-c", &full]).env("TMPDIR", folder.path("")).output().unwrap();
+    let told = String::from_utf8_lossy(&shell.stderr).into_owned();
+    let kept = told.lines().find_map(|line| line.strip_prefix("wrote ")?.strip_suffix(" instead"));
+    assert!(kept.is_some_and(|path| Image::read(path.as_ref()).is_ok()), "{told}");
     let both = ["render", &scene, "-o", "-", "--stats", "-"];
     check_failure(&trisect(&both), &both, 2, &["-o and --stats are the same file"]);
     let program = trisect_tests::binary();

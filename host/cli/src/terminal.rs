@@ -29,17 +29,8 @@ pub fn eprint(text: &str) {
 /// [`ImageError::Io`] if the system refuses for another reason, such as a full disk. Files are
 /// therefore written before this is called.
 pub fn print(text: &str) -> Result<(), Error> {
-    print_data(&with_options(text))
-}
-
-/// Writes data, such as JSON, to standard output as they are; otherwise as [`print`].
-///
-/// # Errors
-///
-/// The errors of [`print`].
-pub fn print_data(data: &str) -> Result<(), Error> {
     let mut out = io::stdout().lock();
-    written(out.write_all(data.as_bytes()).and_then(|()| out.flush()))
+    written(out.write_all(with_options(text).as_bytes()).and_then(|()| out.flush()))
 }
 
 /// Prints clap's output instead of running a command: help to standard output, usage errors to

@@ -8,7 +8,7 @@ use super::lower::Looks;
 use super::model::{self, Additions};
 use super::source::Source;
 use super::surroundings::Surroundings;
-use super::{Rebase, Scene, SceneDocument, SceneError, Sharing};
+use super::{CameraChoice, Rebase, Scene, SceneDocument, SceneError, Sharing};
 use std::path::{Path, PathBuf};
 
 /// A scene file, or a model, whose models move. Its files are read, its images decoded and its
@@ -25,6 +25,8 @@ pub struct AnimatedScene {
     /// Choice of the meshes that instances share. A tree of shared meshes is built anew for each
     /// time.
     pub sharing: Sharing,
+    /// Choice of the camera at all times.
+    pub camera: CameraChoice,
     /// Records that do not change with time.
     looks: Option<Looks>,
 }
@@ -69,7 +71,9 @@ impl AnimatedScene {
             .map(|environment| environment.sky(surroundings.sun))
             .transpose()?;
         let (surroundings, sharing) = (surroundings.clone(), Sharing::Auto);
-        let mut scene = Self { content, name, folder, library, surroundings, sky, sharing, looks: None };
+        let camera = CameraChoice::default();
+        let mut scene =
+            Self { content, name, folder, library, surroundings, sky, sharing, camera, looks: None };
         scene.document(options.time.unwrap_or(0.0))?;
         if !scene.library.has_moved {
             let message = match &scene.content {
@@ -90,6 +94,13 @@ impl AnimatedScene {
     ///
     /// Those of [`SceneDocument::load_in_surroundings`].
     pub fn document(&mut self, time: f64) -> Result<SceneDocument, SceneError> {
+        let mut document = self.document_as_filed(time)?;
+        document.choose_camera(&self.camera)?;
+        Ok(document)
+    }
+
+    /// Returns the scene at a time with the camera of its file.
+    fn document_as_filed(&mut self, time: f64) -> Result<SceneDocument, SceneError> {
         let Self { content, name, folder, library, surroundings, sky, sharing, .. } = self;
         library.options.time = Some(time);
         match content {

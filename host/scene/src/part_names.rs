@@ -95,3 +95,22 @@ pub(crate) fn medium(name: &str) -> String {
 pub(crate) fn light(index: usize) -> String {
     format!("lights[{index}]")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::description::{Instance, Mesh};
+    use glam::DAffine3;
+
+    /// Instances of a model have names of their own, whatever their meshes are called.
+    #[test]
+    fn instances_have_names_of_their_own() {
+        let mesh = |name: &str| Mesh { name: name.to_owned(), ..Mesh::default() };
+        let meshes = vec![mesh("a"), mesh("a 2"), mesh("")];
+        let instance = |mesh| Instance { mesh, transform: DAffine3::IDENTITY };
+        let instances = [0, 1, 0, 0, 2].map(instance).to_vec();
+        let scene = Description { meshes, instances, ..Description::default() };
+        let names: Vec<String> = all(&scene).into_iter().map(|name| name.object).collect();
+        assert_eq!(names, ["a", "a 2", "a 3", "a 4", "mesh 2"]);
+    }
+}

@@ -180,31 +180,27 @@ impl SceneDocument {
             description.cameras.push(("all".to_owned(), model::view_of_all(&description)));
             notes.push("no camera: the view shows all of the scene".to_owned());
         }
-        Ok(Self {
-            name: name.to_owned(),
-            description,
-            image,
-            space: Rebase::IDENTITY,
-            notes,
-            options: ModelOptions::default(),
-            sharing: Sharing::Auto,
-            surroundings: Surroundings::default(),
-        })
+        Ok(Self { notes, ..Self::of_description(description, image, name) })
     }
 
-    /// Returns the scene of a model that was completed with these surroundings.
-    pub(super) fn of_model(model: model::Completed, name: &str, surroundings: &Surroundings) -> Self {
-        let model::Completed { description, image, notes } = model;
+    /// Returns the scene of a description, in its own space; `name` stands for its file.
+    pub fn of_description(description: Description, image: ImageSettings, name: &str) -> Self {
         Self {
             name: name.to_owned(),
             description,
             image,
             space: Rebase::IDENTITY,
-            notes,
+            notes: Vec::new(),
             options: ModelOptions::default(),
             sharing: Sharing::Auto,
-            surroundings: surroundings.clone(),
+            surroundings: Surroundings::default(),
         }
+    }
+
+    /// Returns the scene of a model that was completed with these surroundings.
+    pub(super) fn of_model(model: model::Completed, name: &str, surroundings: &Surroundings) -> Self {
+        let model::Completed { description, image, notes } = model;
+        Self { notes, surroundings: surroundings.clone(), ..Self::of_description(description, image, name) }
     }
 
     fn read(text: &str, name: &str, folder: &Folder, options: &ModelOptions) -> Result<Self, SceneError> {

@@ -7,10 +7,9 @@ use trisect_lab::Error;
 
 pub use output::is_stdout;
 
-/// Checks that data can be written to `path`, as [`output::probe`] does; standard output always
-/// passes.
+/// Checks that data can be written to `path`, as [`output::probe`] does.
 pub fn probe(path: &Path) -> Result<(), Error> {
-    if is_stdout(path) { Ok(()) } else { Ok(output::probe(path)?) }
+    Ok(output::probe(path)?)
 }
 
 /// Prints a result as `text`, or as JSON, which `encode` returns, if `--json` names standard
@@ -32,9 +31,5 @@ pub fn print_result(
 
 /// Writes data to the file or to standard output as they are, with a line break after them.
 pub fn write(path: &Path, data: &str) -> Result<(), Error> {
-    let data = format!("{data}\n");
-    if is_stdout(path) {
-        return crate::terminal::print_data(&data);
-    }
-    Ok(output::write_file(path, data.as_bytes())?)
+    Ok(output::write_file(path, format!("{data}\n").as_bytes())?)
 }

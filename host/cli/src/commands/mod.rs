@@ -100,6 +100,7 @@ impl Loaded {
             None => SceneDocument::hello_world()?.surrounded(&job.surroundings.surroundings())?,
         };
         described.sharing = job.instances.into();
+        described.choose_camera(&job.camera.choice())?;
         Self::of_document(job, outputs, described, start, |described| described.lower(Rebase::IDENTITY))
     }
 
@@ -108,11 +109,10 @@ impl Loaded {
     pub fn of_document(
         job: &JobArgs,
         outputs: &Outputs,
-        mut described: SceneDocument,
+        described: SceneDocument,
         start: Instant,
         lower: impl FnOnce(SceneDocument) -> Result<Scene, SceneError>,
     ) -> Result<Self, Error> {
-        described.choose_camera(&job.camera.choice())?;
         outputs.check_inputs("the scene", &job.scene)?;
         outputs.check_inputs("a file of the scene", &described.description.files)?;
         let settings = job.settings(described.image.into());

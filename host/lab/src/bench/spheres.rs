@@ -6,8 +6,7 @@ use trisect::render::Fresnel;
 use trisect::scene::description::{
     Description, Dielectric, Lambertian, Material, Metal, Shape, ShapeKind, Sky,
 };
-use trisect::scene::import::ModelOptions;
-use trisect::scene::{CameraPose, ImageSettings, Rebase, SceneDocument, Sharing, Surroundings};
+use trisect::scene::{CameraPose, ImageSettings, SceneDocument};
 
 /// Maximum number of spheres of a scene.
 pub const MAX_COUNT: u32 = 10_000_000;
@@ -62,17 +61,7 @@ pub fn sphere_scene(count: u32) -> Result<SceneDocument, BenchError> {
         ..Description::default()
     };
     let image = ImageSettings { width: 1280, height: 720, samples: 16, depth: 50, fresnel: Fresnel::Schlick };
-    let (name, notes) = (format!("{count} spheres"), Vec::new());
-    Ok(SceneDocument {
-        name,
-        description,
-        image,
-        space: Rebase::IDENTITY,
-        notes,
-        options: ModelOptions::default(),
-        sharing: Sharing::Auto,
-        surroundings: Surroundings::default(),
-    })
+    Ok(SceneDocument::of_description(description, image, &format!("{count} spheres")))
 }
 
 /// Returns centre, radius and cell of at least `count` small spheres that do not touch the large

@@ -2,10 +2,10 @@
 
 use super::super::background;
 use super::super::checkpointing::{RenderStart, RenderSupervisor};
-use super::super::eprint;
 use super::super::fallback_path::or_fallback_path;
 use super::super::render::{self as single, RenderOutput};
 use super::super::resume::describe_contents;
+use super::super::{eprint, warn};
 use super::{ClusterSession, Session};
 use crate::cli::{DistributeArg, RenderArgs};
 use crate::progress::Bar;
@@ -131,6 +131,8 @@ fn begin(
     let is_new = before.is_none();
     let check = move || {
         single::check(&checked)?;
+        let ignored = checked.goal.without_effect().into_iter().chain(checked.cluster.without_effect());
+        warn(&ignored.collect::<Vec<_>>(), "the options", checked.job.deny_warnings)?;
         // The root denoises the image.
         single::checked_denoiser(&checked)?;
         if is_new {
@@ -140,8 +142,6 @@ fn begin(
     };
     let session = crew.assemble(&single::job(arguments), &arguments.cluster.ranks, check, adjust)?;
     if crew.link.is_root() {
-        let ignored = arguments.goal.without_effect().into_iter().chain(arguments.cluster.without_effect());
-        ignored.for_each(|line| eprint(&format!("warning: {line}")));
         if !arguments.log.quiet {
             single::announce(&session, &single::goal_text(&session, None));
         }

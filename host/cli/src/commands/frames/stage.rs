@@ -49,6 +49,7 @@ impl Stage {
         let (includes, surroundings) = (job.includes.includes(), job.surroundings.surroundings());
         let mut animated = AnimatedScene::load(path, includes, &job.model.options(), &surroundings)?;
         animated.sharing = job.instances.into();
+        animated.camera = job.camera.choice();
         let document = animated.document(time)?;
         let loaded = Loaded::of_document(&job, &outputs, document, start, |of| animated.lower(of))?;
         loaded.warn(&job)?;
@@ -78,6 +79,10 @@ impl Stage {
         let new = loaded.warnings.iter().filter(|warning| self.said.insert((*warning).clone()));
         let new: Vec<String> = new.map(|warning| format!("at {time:.3} s: {warning}")).collect();
         warn(&new, &loaded.scene.name, self.job.deny_warnings)?;
+        // An image is identified by the scene at its first moment.
+        if let Some(digest) = &mut self.session.digest {
+            *digest = loaded.scene.digest();
+        }
         self.set_scene(loaded.scene, time, start)
     }
 
@@ -114,9 +119,6 @@ impl Stage {
             Some(open(Choice::Cpu, None, self.job.threads).map(|selection| selection.device))
         })?;
         self.tree = Some(prepared.into_tree());
-        if let Some(digest) = &mut self.session.digest {
-            *digest = scene.digest();
-        }
         (self.scene, self.time) = (scene, time);
         Ok(())
     }
