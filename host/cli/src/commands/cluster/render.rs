@@ -141,10 +141,8 @@ fn begin(
         Ok(single::outputs(&checked))
     };
     let session = crew.assemble(&single::job(arguments), &arguments.cluster.ranks, check, adjust)?;
-    if crew.link.is_root() {
-        if !arguments.log.quiet {
-            single::announce(&session, &single::goal_text(&session, None));
-        }
+    if crew.link.is_root() && !arguments.log.quiet {
+        single::announce(&session, &single::goal_text(&session, None));
     }
     Ok(session)
 }

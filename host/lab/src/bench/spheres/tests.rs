@@ -3,6 +3,7 @@
 use super::*;
 use trisect::device::cpu::Cpu;
 use trisect::render::{Renderer, Settings};
+use trisect::scene::Rebase;
 
 fn spheres(scene: &SceneDocument) -> Vec<(DVec3, f64, usize)> {
     let shapes = scene.description.shapes.iter();
