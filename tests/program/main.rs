@@ -18,6 +18,7 @@ mod lost_context;
 mod models;
 mod motion;
 mod oidn;
+mod preview;
 mod resources;
 mod shell;
 mod strict;

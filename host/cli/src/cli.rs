@@ -14,6 +14,7 @@ mod image_file;
 mod job;
 mod motion;
 pub mod old_spellings;
+mod preview;
 mod render;
 mod shell;
 mod surroundings;
@@ -36,6 +37,7 @@ pub use goal::GoalArgs;
 pub use image_file::{ImageFileArgs, MetadataArg};
 pub use job::{IncludeArgs, JobArgs, ModelArgs};
 pub use motion::{Frames, MotionArgs};
+pub use preview::{DisplayAddress, PreviewArgs};
 pub use render::{DEFAULT_OUTPUT, RenderArgs};
 pub use shell::{CompletionsArgs, DoctorArgs, InfoArgs, JsonArgs, LogArgs, ManArgs};
 pub use surroundings::SurroundingsArgs;
@@ -65,7 +67,7 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Render a scene to an image file.
-    Render(RenderArgs),
+    Render(Box<RenderArgs>),
     /// Continue a render from its checkpoint, to the same bits as if it had not been interrupted.
     Resume(ResumeArgs),
     /// Combine checkpoints of one image that were rendered separately, to the same bits as one

@@ -52,6 +52,7 @@ fn run() -> ExitCode {
         _ => {}
     }
     let outcome = match command {
+        cli::Command::Render(arguments) if arguments.preview.watch => commands::watch::render(&arguments),
         cli::Command::Render(arguments) => commands::scenes::render(&arguments),
         cli::Command::Resume(arguments) => commands::dispatch::resume(&arguments),
         cli::Command::Merge(arguments) => commands::resume::merge(&arguments),

@@ -187,4 +187,4 @@ pub use glam;
 pub use trisect_device as device;
 pub use trisect_image::{self as image, metrics, output};
 pub use trisect_scene::{self as scene, alias, precision};
-pub use trisect_system::{memory, spin, threads};
+pub use trisect_system::{input, memory, spin, threads};

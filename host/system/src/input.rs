@@ -3,6 +3,10 @@
 //! [`open`] is the only way to an input file. It refuses anything that is not a regular file:
 //! devices have no end, and a pipe waits for a writer that may never come.
 
+mod opened;
+
+pub use opened::{OpenedFiles, record, recorded};
+
 use crate::memory;
 use std::fs::{File, Metadata, OpenOptions};
 use std::io::{Error, ErrorKind, Read, Result};
@@ -39,6 +43,7 @@ impl From<InputError> for Error {
 /// Returns the file system's error, or [`ErrorKind::InvalidInput`] for anything that is not a
 /// regular file.
 pub fn open(path: &Path) -> Result<File> {
+    opened::note(path);
     // Checked before opening, because opening a device may have effects.
     check(&std::fs::metadata(path)?)?;
     let mut options = OpenOptions::new();

@@ -144,6 +144,7 @@ pages! {
     tutorial_first_window: "docs/tutorial/first-window.md",
     how_to_animations: "docs/how-to/animations.md",
     how_to_exposure: "docs/how-to/exposure.md",
+    how_to_preview: "docs/how-to/preview.md",
     how_to_image_files: "docs/how-to/image-files.md",
     how_to_denoise: "docs/how-to/denoise.md",
     how_to_samples_and_budgets: "docs/how-to/samples-and-budgets.md",

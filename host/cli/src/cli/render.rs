@@ -3,6 +3,7 @@
 use super::background::{Background, parse_background};
 use super::{
     CheckpointArgs, ClusterArgs, DenoiseArgs, GoalArgs, ImageFileArgs, JobArgs, LogArgs, MotionArgs,
+    PreviewArgs,
 };
 use clap::Args;
 use std::path::PathBuf;
@@ -66,6 +67,10 @@ pub struct RenderArgs {
     /// Messages and statistics.
     #[command(flatten)]
     pub log: LogArgs,
+
+    /// Live preview.
+    #[command(flatten)]
+    pub preview: PreviewArgs,
 
     /// Options for several processes.
     #[command(flatten)]

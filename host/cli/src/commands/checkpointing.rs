@@ -3,6 +3,7 @@
 //! A render calls [`RenderSupervisor`] between its parts. Used by `render`, `resume` and their
 //! versions over ranks.
 
+use super::display::Display;
 use super::fallback_path::write_to_fallback_path;
 use super::signals::INTERRUPTED;
 use super::{Session, eprint};
@@ -41,11 +42,13 @@ impl StopReason {
     }
 }
 
-/// Ends a render after an interrupt or at its time limit, and writes its checkpoints.
+/// Ends a render after an interrupt or at its time limit, writes its checkpoints, and shows its
+/// film.
 pub struct RenderSupervisor {
     interrupted: Arc<AtomicBool>,
     end: Option<Instant>,
     saver: Option<Saver>,
+    display: Option<Arc<Display>>,
 }
 
 /// Shows a progress bar, and acknowledges an interrupt.
@@ -89,7 +92,12 @@ impl RenderSupervisor {
     ) -> Self {
         // A limit beyond the range of the clock is no limit.
         let end = arguments.checkpointing.time_limit.and_then(|limit| start.checked_add(limit));
-        Self { interrupted, end, saver }
+        Self { interrupted, end, saver, display: None }
+    }
+
+    /// Shows the film on `display`, if there is one.
+    pub fn showing(self, display: Option<&Arc<Display>>) -> Self {
+        Self { display: display.cloned(), ..self }
     }
 
     /// Returns the reason for which the render should end, or `None` while it should continue.
@@ -143,9 +151,13 @@ impl FilmObserver for RenderSupervisor {
 
     fn wants_film(&self, coverage: &SampleCoverage) -> bool {
         self.saver.as_ref().is_some_and(|saver| saver.is_due(coverage))
+            || self.display.as_deref().is_some_and(Display::is_due)
     }
 
     fn part_added(&self, film: &Film) {
+        if let Some(display) = &self.display {
+            display.show_if_due(film);
+        }
         let Some(saver) = &self.saver else { return };
         saver.save_if_due(film);
         if let Some(error) = saver.failure() {

@@ -36,6 +36,10 @@ pub fn render(arguments: &RenderArgs) -> Result<ExitCode, Error> {
             "start a process for each part of the frames, such as --frames 0..60 and --frames 60..120";
         return Err(MotionError::Beside { what: "--distribute", with, remedy }.into());
     }
+    if arguments.preview.display.is_some() {
+        let remedy = "render with one process, or without the preview";
+        return Err(MotionError::Beside { what: "--distribute", with: "--display", remedy }.into());
+    }
     if arguments.request()?.is_some() {
         let what = "--budget, --target-error and --quality are for one process".to_owned();
         return Err(ClusterError::Unsupported { what, remedy: "name --spp".to_owned() }.into());

@@ -12,6 +12,7 @@ mod cluster;
 pub mod compare;
 mod data;
 pub mod dispatch;
+mod display;
 pub mod doctor;
 mod fallback_path;
 mod frames;
@@ -26,11 +27,14 @@ pub mod shell;
 mod signals;
 pub mod tradeoff;
 mod view;
+pub mod watch;
 
 pub use crate::terminal::{eprint, print};
 
 use crate::cli::{CheckpointArgs, ClusterArgs, FallbackArg, JobArgs, MetadataArg, RenderArgs};
+use display::Display;
 use std::path::Path;
+use std::sync::Arc;
 use std::thread;
 use std::time::Instant;
 use trisect::device::{self, Choice, Selection};
@@ -69,6 +73,8 @@ pub struct Session {
     pub open_seconds: f64,
     /// Scene for the fallback device, with `--fallback`.
     pub fallback_scene: Option<Loaded>,
+    /// Viewer that shows the image, with `--display`.
+    pub display: Option<Arc<Display>>,
     /// True if the device could not be opened and the fallback replaces it.
     pub fell_back: bool,
 }
@@ -186,6 +192,7 @@ impl Loaded {
             load_seconds,
             open_seconds,
             fallback_scene: None,
+            display: None,
             fell_back: false,
         })
     }

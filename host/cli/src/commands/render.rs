@@ -9,6 +9,7 @@ pub use write::{BEYOND_HALF, RenderOutput, finish, write_outputs};
 use super::background;
 use super::checkpointing::{ProgressObserver, RenderStart, RenderSupervisor, StopReason};
 use super::data;
+use super::display::Display;
 use super::eprint;
 use super::signals::interrupts;
 use super::{Session, fit_to_cpu};
@@ -36,8 +37,10 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     check(arguments)?;
     check_new(arguments)?;
 
+    let display = Display::open(arguments)?;
     let job = JobArgs { may_roulette: request.is_some(), ..job(arguments) };
     let mut session = Session::open_to_render(&job, arguments, &outputs(arguments))?;
+    session.display = display;
     adapt(&mut session.settings, arguments, denoise.as_ref());
     if !arguments.log.quiet {
         announce(&session, &goal_text(&session, request.as_ref()));
@@ -90,7 +93,8 @@ pub fn render_film(
     start: Instant,
 ) -> Result<ExitCode, Error> {
     let RenderStart { mut film, samples, saver } = RenderStart::new(arguments, &session, before)?;
-    let watch = RenderSupervisor::new(arguments, saver, start, interrupts());
+    let watch =
+        RenderSupervisor::new(arguments, saver, start, interrupts()).showing(session.display.as_ref());
     let bar = Bar::new(arguments.log.quiet);
     let mut told = ProgressObserver { bar, watch: &watch, announced: arguments.log.quiet };
     let mut spare = session.fallback_scene.take();

@@ -2,7 +2,9 @@
 
 use super::render::BEYOND_HALF;
 use super::{Session, background, eprint, render};
-use crate::cli::{Background, Cli, Command, MergeArgs, MetadataArg, RenderArgs, ResumeArgs, Samples};
+use crate::cli::{
+    Background, Cli, Command, MergeArgs, MetadataArg, PreviewArgs, RenderArgs, ResumeArgs, Samples,
+};
 use clap::Parser;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -77,6 +79,7 @@ pub fn command(arguments: &ResumeArgs, header: &Header) -> Result<RenderArgs, Er
     command.file = arguments.image.or(&command.file, &command.output);
     // The path of statistics is that of the new command; the caller checks the image's path.
     command.log.stats = arguments.log.stats.clone();
+    command.preview = PreviewArgs::default();
     command.job.includes.allow_outside |= arguments.includes.allow_outside;
     if let Some(backend) = arguments.backend {
         (command.job.backend, command.job.device) = (backend, arguments.device);
@@ -99,7 +102,7 @@ pub fn command(arguments: &ResumeArgs, header: &Header) -> Result<RenderArgs, Er
     command.checkpointing.samples = Some(Samples(header.samples.clone()));
     command.cluster = arguments.cluster.clone();
     (command.log.quiet, command.log.verbose) = (arguments.log.quiet, arguments.log.verbose);
-    Ok(command)
+    Ok(*command)
 }
 
 /// Checks that the image is written to the user's path, or to one that a checkpoint may choose.
@@ -166,7 +169,7 @@ pub fn merge(arguments: &MergeArgs) -> Result<ExitCode, Error> {
 fn render_command(header: &Header) -> Option<RenderArgs> {
     let words = std::iter::once("trisect").chain(header.command.iter().map(String::as_str));
     match Cli::try_parse_from(words).map(|parsed| parsed.command) {
-        Ok(Command::Render(command)) => Some(command),
+        Ok(Command::Render(command)) => Some(*command),
         _ => None,
     }
 }

@@ -9,6 +9,7 @@ mod outputs;
 mod stage;
 
 use super::checkpointing::{ProgressObserver, RenderStart, RenderSupervisor, StopReason};
+use super::display::Display;
 use super::render::{self as single, RenderOutput, announce, goal_text};
 use super::signals::interrupts;
 use super::{eprint, fit_to_cpu, open};
@@ -77,12 +78,14 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     let first = exposure::first_frame(arguments);
     let of_start = arguments.job.model.time.unwrap_or(0.0);
     let time = |frame: u32| of_start + f64::from(frame) / arguments.motion.fps();
+    let display = Display::open(arguments)?;
     let mut stage = Stage::open(job_arguments, arguments, outputs, option, time(first))?;
     single::adapt(&mut stage.session.settings, arguments, denoise.as_ref());
     if !arguments.log.quiet {
         announce(&stage.session, &aim(arguments, &goal_text(&stage.session, request.as_ref())));
     }
-    let watch = RenderSupervisor::new(arguments, None, start, interrupts());
+    let watch = RenderSupervisor::new(arguments, None, start, interrupts()).showing(display.as_ref());
+    stage.session.display = display;
     let job = Job { arguments, request, denoise, start: of_start, watch };
     match (frames, files) {
         (Some(Frames(frames)), Some(files)) => job.render_frames(stage, frames, &files),

@@ -81,6 +81,14 @@ pub fn write_outputs(
     denoised: Option<Image>,
 ) -> Result<(ExitCode, bool), Error> {
     let start = Instant::now();
+    if let Some(display) = &session.display {
+        match (&denoised, &drawn) {
+            (Some(image), _) => display.show(image),
+            (None, RenderOutput::Film(film)) => display.show(&film.image()),
+            #[cfg(feature = "mpi")]
+            (None, _) => {}
+        }
+    }
     let exposed = exposed(arguments, &drawn, denoised);
     let stats = &mut stats;
     stats.exposure = exposed.as_ref().map_or(0.0, |(_, exposed)| exposed.stops);
