@@ -9,7 +9,7 @@ use std::fs::write;
 use std::path::Path;
 use trisect::bvh::BvhQuality;
 use trisect::render::{PreparedScene, SceneTree};
-use trisect::scene::{AnimatedScene, Includes, SceneError};
+use trisect::scene::{AnimatedScene, LoadOptions, SceneError};
 use trisect_fuzz::{Choices, bounded, enter_folder, glb, has_few_triangles, is_small, promises, records};
 
 const FILES: [(&str, &[u8]); 2] = [
@@ -46,7 +46,9 @@ fn leads_out(text: &[u8]) -> bool {
 
 fn frames(path: &Path, choices: &Choices) -> Result<(), SceneError> {
     let Choices { options, surroundings, sharing, .. } = choices;
-    let mut scene = AnimatedScene::load(path, Includes::Below, options, surroundings)?;
+    let (model, surroundings) = (options.clone(), surroundings.clone());
+    let options = LoadOptions { model, surroundings, ..LoadOptions::default() };
+    let mut scene = AnimatedScene::load(path, &options)?;
     scene.sharing = *sharing;
     let quality = Some(BvhQuality::Fast);
     let mut tree: Option<SceneTree> = None;

@@ -5,8 +5,7 @@
 use std::path::{Path, PathBuf};
 use trisect::film::Film;
 use trisect::render::{PreparedScene, Renderer, SceneTree, Settings, Shutter};
-use trisect::scene::import::ModelOptions;
-use trisect::scene::{AnimatedScene, Includes, Scene, Surroundings};
+use trisect::scene::{AnimatedScene, LoadOptions, Scene};
 use trisect_tests::models::{bending_tube, sliding_square};
 use trisect_tests::program::Temporary;
 use trisect_tests::{BackendUnderTest, for_each_backend};
@@ -19,7 +18,7 @@ fn write(folder: &Temporary, name: &str, text: &str) -> PathBuf {
 }
 
 fn load(path: &Path) -> AnimatedScene {
-    AnimatedScene::load(path, Includes::Below, &ModelOptions::default(), &Surroundings::default()).unwrap()
+    AnimatedScene::load(path, &LoadOptions::default()).unwrap()
 }
 
 fn at(animated: &mut AnimatedScene, time: f64) -> Scene {

@@ -20,6 +20,7 @@ mod motion;
 mod oidn;
 mod preview;
 mod resources;
+mod scene_fields;
 mod shell;
 mod strict;
 mod surroundings;

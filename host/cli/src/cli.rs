@@ -47,6 +47,7 @@ pub use view::ViewArgs;
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 use trisect::output::exposure::MAX_STOPS;
+use trisect::scene::{FieldEdit, LoadOptions};
 
 /// A path tracer whose kernels are written once in Rust and run on the CPU, through wgpu and
 /// through CUDA.
@@ -145,6 +146,12 @@ pub struct CheckArgs {
     #[command(flatten)]
     pub surroundings: SurroundingsArgs,
 
+    /// Change of a field of a scene file: names, and numbers of list entries from 0 on, with dots
+    /// between them, such as camera.look_at=0,1,0 or objects.3.radius=2; may be given several times
+    /// (default: none).
+    #[arg(long, value_name = "PATH=VALUE")]
+    pub set: Vec<FieldEdit>,
+
     /// Form of the result.
     #[command(flatten)]
     pub json: JsonArgs,
@@ -158,6 +165,18 @@ pub struct CheckArgs {
     /// Exit with code 4 if there are warnings about the scene.
     #[arg(long)]
     pub deny_warnings: bool,
+}
+
+impl CheckArgs {
+    /// Returns the choices with which the scene is read.
+    pub fn load_options(&self) -> LoadOptions {
+        LoadOptions {
+            includes: self.includes.includes(),
+            model: self.model.options(),
+            surroundings: self.surroundings.surroundings(),
+            edits: self.set.clone(),
+        }
+    }
 }
 
 fn parse_count(text: &str) -> Result<u32, String> {

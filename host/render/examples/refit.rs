@@ -20,8 +20,7 @@ use std::time::Instant;
 use trisect::bvh::{Bvh, BvhQuality, Wide};
 use trisect::device::cpu::Cpu;
 use trisect::render::{Renderer, Settings};
-use trisect::scene::import::ModelOptions;
-use trisect::scene::{AnimatedScene, Includes, Scene, Sharing, Surroundings};
+use trisect::scene::{AnimatedScene, LoadOptions, Scene, Sharing};
 use trisect_shared::bvh::{NO_PRIMITIVE, RayQuery};
 use trisect_shared::features::{COUNTED, FeatureSet, TRIANGLES};
 use trisect_shared::math::{normalize, unit_sphere};
@@ -47,12 +46,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         Some("high") => Some(BvhQuality::High),
         _ => None,
     };
-    let mut animated = AnimatedScene::load(
-        file.as_ref(),
-        Includes::Below,
-        &ModelOptions::default(),
-        &Surroundings::default(),
-    )?;
+    let mut animated = AnimatedScene::load(file.as_ref(), &LoadOptions::default())?;
     animated.sharing = Sharing::Never;
     let document = animated.document(0.0)?;
     let start = animated.lower(document)?;

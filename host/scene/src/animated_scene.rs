@@ -1,14 +1,14 @@
 //! A scene at any time of the animations of its models.
 
 use super::description::Sky;
-use super::import::{Folder, Includes, ModelOptions};
+use super::import::{Folder, ModelOptions};
 use super::library::Library;
 use super::loader::Loader;
 use super::lower::Looks;
 use super::model::{self, Additions};
 use super::source::Source;
 use super::surroundings::Surroundings;
-use super::{CameraChoice, Rebase, Scene, SceneDocument, SceneError, Sharing};
+use super::{CameraChoice, FieldEdit, LoadOptions, Rebase, Scene, SceneDocument, SceneError, Sharing};
 use std::path::{Path, PathBuf};
 
 /// A scene file, or a model, whose models move. Its files are read, its images decoded and its
@@ -20,6 +20,8 @@ pub struct AnimatedScene {
     folder: Folder,
     library: Library,
     surroundings: Surroundings,
+    /// Changes of the scene file's fields.
+    edits: Vec<FieldEdit>,
     /// Sky of the surroundings, if they have one, with the file that it was read from.
     sky: Option<(Sky, Option<PathBuf>)>,
     /// Choice of the meshes that instances share. A tree of shared meshes is built anew for each
@@ -39,23 +41,19 @@ enum Content {
 }
 
 impl AnimatedScene {
-    /// Reads a scene file, or a model, as [`SceneDocument::load_in_surroundings`] does. `options`
+    /// Reads a scene file, or a model, as [`SceneDocument::load_with`] does. The options of models
     /// name the animation; their time, or 0, is the start, at which a model gets what it lacks for
     /// all times.
     ///
     /// # Errors
     ///
     /// [`SceneError::Inconsistent`] for a scene of which nothing moves; those of
-    /// [`SceneDocument::load_in_surroundings`].
-    pub fn load(
-        path: &Path,
-        includes: Includes,
-        options: &ModelOptions,
-        surroundings: &Surroundings,
-    ) -> Result<Self, SceneError> {
+    /// [`SceneDocument::load_with`].
+    pub fn load(path: &Path, options: &LoadOptions) -> Result<Self, SceneError> {
+        let LoadOptions { includes, model: options, surroundings, edits } = options;
         let name = path.display().to_string();
-        let folder = Folder::of(path).including(includes);
-        let content = match Source::open(path)? {
+        let folder = Folder::of(path).including(*includes);
+        let content = match Source::open(path, edits)? {
             Source::Model => Content::Model { path: path.to_owned(), additions: None },
             Source::File(text) => Content::File(text),
             Source::Foreign => {
@@ -70,10 +68,10 @@ impl AnimatedScene {
             .as_ref()
             .map(|environment| environment.sky(surroundings.sun))
             .transpose()?;
-        let (surroundings, sharing) = (surroundings.clone(), Sharing::Auto);
+        let (surroundings, edits, sharing) = (surroundings.clone(), edits.clone(), Sharing::Auto);
         let camera = CameraChoice::default();
         let mut scene =
-            Self { content, name, folder, library, surroundings, sky, sharing, camera, looks: None };
+            Self { content, name, folder, library, surroundings, edits, sky, sharing, camera, looks: None };
         scene.document(options.time.unwrap_or(0.0))?;
         if !scene.library.has_moved {
             let message = match &scene.content {
@@ -92,7 +90,7 @@ impl AnimatedScene {
     ///
     /// # Errors
     ///
-    /// Those of [`SceneDocument::load_in_surroundings`].
+    /// Those of [`SceneDocument::load_with`].
     pub fn document(&mut self, time: f64) -> Result<SceneDocument, SceneError> {
         let mut document = self.document_as_filed(time)?;
         document.choose_camera(&self.camera)?;
@@ -101,12 +99,13 @@ impl AnimatedScene {
 
     /// Returns the scene at a time with the camera of its file.
     fn document_as_filed(&mut self, time: f64) -> Result<SceneDocument, SceneError> {
-        let Self { content, name, folder, library, surroundings, sky, sharing, .. } = self;
+        let Self { content, name, folder, library, surroundings, edits, sky, sharing, .. } = self;
         library.options.time = Some(time);
         match content {
             Content::File(text) => {
-                let options = library.options.clone();
-                let document = SceneDocument::read_with(text, name, folder, &options, library)?;
+                let (model, edits) = (library.options.clone(), edits.clone());
+                let options = LoadOptions { model, edits, ..LoadOptions::default() };
+                let document = SceneDocument::read_through(text, name, folder, &options, library)?;
                 let others = Surroundings { environment: None, ..surroundings.clone() };
                 let mut document = document.surrounded(&others)?;
                 if let Some((sky, file)) = sky {

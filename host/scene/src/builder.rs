@@ -209,6 +209,7 @@ impl SceneBuilder {
             options: ModelOptions::default(),
             sharing: self.sharing,
             surroundings: Surroundings::default(),
+            edits: Vec::new(),
             notes: Vec::new(),
         };
         document.lower(Rebase::IDENTITY)

@@ -9,7 +9,8 @@ use super::part_names::{self, PartName};
 use super::source::Source;
 use super::surroundings::{self, Surroundings};
 use super::{
-    ImageSettings, Rebase, Scene, SceneError, Sharing, format, import, lower, model, resolve, warnings,
+    FieldEdit, ImageSettings, LoadOptions, Rebase, Scene, SceneError, Sharing, field_edit, format, import,
+    lower, model, resolve, warnings,
 };
 use std::path::Path;
 use std::sync::Arc;
@@ -38,6 +39,8 @@ pub struct SceneDocument {
     pub sharing: Sharing,
     /// Environment, sun and ground that were chosen in addition to what the file states.
     pub surroundings: Surroundings,
+    /// Changes of the file's fields that were chosen.
+    pub edits: Vec<FieldEdit>,
 }
 
 /// A loader that reads from the file system the files that a scene in this folder names.
@@ -68,42 +71,23 @@ impl Loader for FromDisk<'_> {
 impl SceneDocument {
     /// Reads a scene file, a model, or a scene of another renderer; see [`Scene::load`].
     pub fn load(path: &Path) -> Result<Self, SceneError> {
-        Self::load_including(path, Includes::Below, &ModelOptions::default())
+        Self::load_with(path, &LoadOptions::default())
     }
 
-    /// Reads a scene file, or a model, which may name the files that `includes` allows; `options`
-    /// choose among what models hold, unless the scene file does.
+    /// Reads a scene file, a model, or a scene of another renderer, with these choices.
     ///
     /// # Errors
     ///
     /// [`SceneError`] names the file and the place.
-    pub fn load_including(
-        path: &Path,
-        includes: Includes,
-        options: &ModelOptions,
-    ) -> Result<Self, SceneError> {
-        Self::load_in_surroundings(path, includes, options, &Surroundings::default())
-    }
-
-    /// Reads a scene as [`Self::load_including`] does, with these surroundings: they replace the
-    /// sky and the ground of a scene file, and those that a model gets.
-    ///
-    /// # Errors
-    ///
-    /// [`SceneError`] names the file and the place.
-    pub fn load_in_surroundings(
-        path: &Path,
-        includes: Includes,
-        options: &ModelOptions,
-        surroundings: &Surroundings,
-    ) -> Result<Self, SceneError> {
+    pub fn load_with(path: &Path, options: &LoadOptions) -> Result<Self, SceneError> {
+        let LoadOptions { includes, model: model_options, surroundings, edits } = options;
         let name = path.display().to_string();
-        let folder = Folder::of(path).including(includes);
-        match Source::open(path)? {
+        let folder = Folder::of(path).including(*includes);
+        match Source::open(path, edits)? {
             Source::Model => {
-                let model = import::load_below(path, options, &folder)?;
+                let model = import::load_below(path, model_options, &folder)?;
                 let document = Self::from_model_in_surroundings(model, &name, surroundings)?;
-                Ok(Self { options: options.clone(), ..document })
+                Ok(Self { options: model_options.clone(), ..document })
             }
             Source::Foreign => {
                 let (description, image) = import::load_foreign_scene(path, &folder)?;
@@ -136,12 +120,24 @@ impl SceneDocument {
     ///
     /// [`SceneError`] names the place.
     pub fn parse_including(text: &str, name: &str, includes: Includes) -> Result<Self, SceneError> {
-        Self::read(text, name, &Folder::new("".into()).including(includes), &ModelOptions::default())
+        let options = LoadOptions { includes, ..LoadOptions::default() };
+        Self::read(text, name, &Folder::new("".into()).including(includes), &options)
     }
 
     /// Returns the built-in scene; see [`Scene::hello_world`].
     pub fn hello_world() -> Result<Self, SceneError> {
-        Self::parse(HELLO_WORLD, "scenes/three_spheres.ron (built in)")
+        Self::hello_world_with(&LoadOptions::default())
+    }
+
+    /// Returns the built-in scene with these choices.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError`] names the choice.
+    pub fn hello_world_with(options: &LoadOptions) -> Result<Self, SceneError> {
+        let name = "scenes/three_spheres.ron (built in)";
+        let scene = Self::read(HELLO_WORLD, name, &Folder::new("".into()), options)?;
+        scene.surrounded(&options.surroundings)
     }
 
     /// Makes a scene of a model, with the camera, the light and the ground that it lacks; see
@@ -194,6 +190,7 @@ impl SceneDocument {
             options: ModelOptions::default(),
             sharing: Sharing::Auto,
             surroundings: Surroundings::default(),
+            edits: Vec::new(),
         }
     }
 
@@ -203,25 +200,29 @@ impl SceneDocument {
         Self { notes, surroundings: surroundings.clone(), ..Self::of_description(description, image, name) }
     }
 
-    fn read(text: &str, name: &str, folder: &Folder, options: &ModelOptions) -> Result<Self, SceneError> {
-        Self::read_with(text, name, folder, options, &mut FromDisk { folder, options })
+    fn read(text: &str, name: &str, folder: &Folder, options: &LoadOptions) -> Result<Self, SceneError> {
+        Self::read_through(text, name, folder, options, &mut FromDisk { folder, options: &options.model })
     }
 
-    /// Reads a scene from text, and the files that it names through `loader`.
-    pub(super) fn read_with(
+    /// Reads a scene from text, and the files that it names through `loader`. The surroundings of
+    /// `options` are left out.
+    pub(super) fn read_through(
         text: &str,
         name: &str,
         folder: &Folder,
-        options: &ModelOptions,
+        options: &LoadOptions,
         loader: &mut dyn Loader,
     ) -> Result<Self, SceneError> {
-        let file = format::parse(text, name)?;
+        let edits = options.edits.clone();
+        let text = field_edit::apply(text, name, &edits)?;
+        let shown = field_edit::edited_name(name, &edits);
+        let file = format::parse(&text, &shown)?;
         let (description, image) = resolve::describe(&file, folder, loader)?;
         let notes = description.notes.clone();
-        let (name, options) = (name.to_owned(), options.clone());
+        let (name, options) = (name.to_owned(), options.model.clone());
         let (space, sharing) = (file.space.space, Sharing::Auto);
         let surroundings = Surroundings::default();
-        Ok(Self { name, description, image, space, notes, options, sharing, surroundings })
+        Ok(Self { name, description, image, space, notes, options, sharing, surroundings, edits })
     }
 
     /// Returns the warnings: data that was left out or changed while reading, and probable mistakes

@@ -1,7 +1,7 @@
 //! Kinds of files that hold a scene, by their extension.
 
-use super::SceneError;
 use super::import;
+use super::{FieldEdit, SceneError};
 use std::path::Path;
 use trisect_system::input;
 
@@ -17,17 +17,25 @@ pub(super) enum Source {
 
 impl Source {
     /// Opens a scene by its extension. Files without an extension, such as `/dev/stdin`, are scene
-    /// files.
+    /// files. `edits` will change its fields.
     ///
     /// # Errors
     ///
     /// [`SceneError::UnknownFormat`] for another extension; [`SceneError::Read`] for a scene file
-    /// that cannot be read.
-    pub fn open(path: &Path) -> Result<Self, SceneError> {
-        if import::is_model(path) {
+    /// that cannot be read; [`SceneError::Inconsistent`] for changes of what is no scene file.
+    pub fn open(path: &Path, edits: &[FieldEdit]) -> Result<Self, SceneError> {
+        let (is_model, is_foreign) = (import::is_model(path), import::is_foreign_scene(path));
+        if (is_model || is_foreign) && !edits.is_empty() {
+            let remedy = "use the options of the camera and the surroundings, or write a scene file around a model by `trisect check MODEL --write FILE.ron`";
+            return Err(SceneError::Inconsistent {
+                file: path.display().to_string(),
+                message: format!("`set` changes fields of .ron files only; {remedy}"),
+            });
+        }
+        if is_model {
             return Ok(Self::Model);
         }
-        if import::is_foreign_scene(path) {
+        if is_foreign {
             return Ok(Self::Foreign);
         }
         if path.extension().is_some_and(|extension| !extension.eq_ignore_ascii_case("ron")) {
@@ -40,15 +48,13 @@ impl Source {
 
 #[cfg(test)]
 mod tests {
-    use super::super::import::{Includes, ModelOptions};
-    use super::super::surroundings::Surroundings;
-    use super::super::{AnimatedScene, SceneDocument};
+    use super::super::{AnimatedScene, LoadOptions, SceneDocument};
     use super::*;
 
     /// A still scene and one that moves open the same files, with the same errors.
     #[test]
     fn scenes_are_opened_by_their_extension() {
-        let options = ModelOptions::default();
+        let options = LoadOptions::default();
         for (name, kind) in [
             ("missing.ron", "read"),
             ("missing.RON", "read"),
@@ -58,9 +64,8 @@ mod tests {
         ] {
             let path = Path::new(name);
             let still = SceneDocument::load(path).err();
-            let (includes, surroundings) = (Includes::Below, Surroundings::default());
-            let moving = AnimatedScene::load(path, includes, &options, &surroundings).err();
-            for error in [Source::open(path).err(), still, moving] {
+            let moving = AnimatedScene::load(path, &options).err();
+            for error in [Source::open(path, &[]).err(), still, moving] {
                 let found = match error {
                     Some(SceneError::Read { .. }) => "read",
                     Some(SceneError::UnknownFormat { .. }) => "format",
@@ -70,10 +75,17 @@ mod tests {
             }
         }
         for name in ["a.gltf", "a.GLB", "a.obj", "a.ply", "a.stl"] {
-            assert!(matches!(Source::open(Path::new(name)), Ok(Source::Model)), "{name}");
+            assert!(matches!(Source::open(Path::new(name), &[]), Ok(Source::Model)), "{name}");
         }
         for name in ["a.pbrt", "a.XML"] {
-            assert!(matches!(Source::open(Path::new(name)), Ok(Source::Foreign)), "{name}");
+            assert!(matches!(Source::open(Path::new(name), &[]), Ok(Source::Foreign)), "{name}");
+        }
+        let edits = ["image.width=1".parse::<FieldEdit>().unwrap_or_else(|error| panic!("{error}"))];
+        for name in ["a.glb", "a.xml"] {
+            assert!(
+                matches!(Source::open(Path::new(name), &edits), Err(SceneError::Inconsistent { .. })),
+                "{name}"
+            );
         }
     }
 }

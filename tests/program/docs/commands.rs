@@ -145,6 +145,7 @@ pages! {
     how_to_animations: "docs/how-to/animations.md",
     how_to_exposure: "docs/how-to/exposure.md",
     how_to_preview: "docs/how-to/preview.md",
+    how_to_vary_a_scene: "docs/how-to/vary-a-scene.md",
     how_to_image_files: "docs/how-to/image-files.md",
     how_to_denoise: "docs/how-to/denoise.md",
     how_to_samples_and_budgets: "docs/how-to/samples-and-budgets.md",

@@ -8,9 +8,8 @@ use trisect::bvh::BvhQuality;
 use trisect::device::Choice;
 use trisect::output::exposure::Exposure;
 use trisect::render::{KernelFeatures, MathMode, Sampler, Schedule, Settings, Summation, Traversal};
-use trisect::scene::Includes;
-use trisect::scene::Sharing;
 use trisect::scene::import::{ModelOptions, is_model};
+use trisect::scene::{FieldEdit, Includes, LoadOptions, Sharing};
 
 /// Scene, settings and device of a render.
 #[derive(Clone, Debug, Args)]
@@ -29,6 +28,12 @@ pub struct JobArgs {
     /// Environment, sun and ground.
     #[command(flatten)]
     pub surroundings: SurroundingsArgs,
+
+    /// Change of a field of a scene file: names, and numbers of list entries from 0 on, with dots
+    /// between them, such as camera.look_at=0,1,0 or objects.3.radius=2; may be given several times
+    /// (default: none).
+    #[arg(long, value_name = "PATH=VALUE")]
+    pub set: Vec<FieldEdit>,
 
     /// Camera in place of the scene's own.
     #[command(flatten)]
@@ -222,6 +227,16 @@ impl IncludeArgs {
 }
 
 impl JobArgs {
+    /// Returns the choices with which the scene is read.
+    pub fn load_options(&self) -> LoadOptions {
+        LoadOptions {
+            includes: self.includes.includes(),
+            model: self.model.options(),
+            surroundings: self.surroundings.surroundings(),
+            edits: self.set.clone(),
+        }
+    }
+
     /// Returns whether the scene is a model without a scene file.
     pub fn shows_model(&self) -> bool {
         self.scene.as_deref().is_some_and(is_model)

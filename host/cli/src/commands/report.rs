@@ -4,8 +4,7 @@ use crate::cli::ReportArgs;
 use std::process::ExitCode;
 use trisect::device::cpu::Cpu;
 use trisect::output::Outputs;
-use trisect::scene::SceneDocument;
-use trisect::scene::import::ModelOptions;
+use trisect::scene::{LoadOptions, SceneDocument};
 use trisect_lab::Error;
 use trisect_lab::bench::BenchError;
 use trisect_lab::bench::report::{Report, ReportPlan, is_output};
@@ -20,7 +19,8 @@ pub fn run(arguments: &ReportArgs) -> Result<ExitCode, Error> {
         .scenes
         .iter()
         .map(|path| {
-            SceneDocument::load_including(path, arguments.includes.includes(), &ModelOptions::default())
+            let includes = arguments.includes.includes();
+            SceneDocument::load_with(path, &LoadOptions { includes, ..LoadOptions::default() })
         })
         .collect::<Result<_, _>>()?;
     let outputs = Outputs::default().folder("-o", Some(out), is_output);

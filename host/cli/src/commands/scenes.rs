@@ -92,10 +92,7 @@ fn check_inputs(commands: &[RenderArgs]) -> Result<(), ConflictError> {
     for job in commands.iter().map(|command| &command.job) {
         outputs.check_inputs("a scene", &job.scene)?;
         let Some(scene) = &job.scene else { continue };
-        let (includes, surroundings) = (job.includes.includes(), job.surroundings.surroundings());
-        let document =
-            SceneDocument::load_in_surroundings(scene, includes, &job.model.options(), &surroundings);
-        if let Ok(document) = document {
+        if let Ok(document) = SceneDocument::load_with(scene, &job.load_options()) {
             outputs.check_inputs("a file of a scene", &document.description.files)?;
         }
     }

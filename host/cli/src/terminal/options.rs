@@ -4,7 +4,7 @@
 use std::borrow::Cow;
 
 /// Settings whose options have their names.
-const OPTIONS: [&str; 43] = [
+const OPTIONS: [&str; 44] = [
     "allow_outside",
     "aov",
     "background",
@@ -37,6 +37,7 @@ const OPTIONS: [&str; 43] = [
     "schedule",
     "seed",
     "seeds",
+    "set",
     "spare",
     "spheres",
     "spp",

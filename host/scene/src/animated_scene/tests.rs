@@ -44,7 +44,7 @@ fn folder(rest: &str) -> (TempDir, PathBuf) {
 }
 
 fn load(path: &Path) -> Result<AnimatedScene, SceneError> {
-    AnimatedScene::load(path, Includes::Below, &ModelOptions::default(), &Surroundings::default())
+    AnimatedScene::load(path, &LoadOptions::default())
 }
 
 fn at(scene: &mut AnimatedScene, time: f64) -> Scene {
@@ -70,8 +70,8 @@ fn models_move_and_what_does_not_is_shared() {
     assert_eq!(files, [path.clone(), folder.path().join("a.png")]);
     // Negative control: one that starts at the end has another camera.
     let (_other, path) = self::folder(ANIMATION);
-    let options = ModelOptions { time: Some(2.0), ..ModelOptions::default() };
-    let mut late = AnimatedScene::load(&path, Includes::Below, &options, &Surroundings::default()).unwrap();
+    let model = ModelOptions { time: Some(2.0), ..ModelOptions::default() };
+    let mut late = AnimatedScene::load(&path, &LoadOptions { model, ..LoadOptions::default() }).unwrap();
     assert_ne!(at(&mut late, 0.0).camera, start.camera);
 }
 
@@ -80,12 +80,13 @@ fn models_move_and_what_does_not_is_shared() {
 fn the_records_are_those_of_one_time() {
     let (_folder, path) = folder(ANIMATION);
     // The ground, as the camera, is that of the start.
-    let plain = Surroundings { ground: Some(false), ..Surroundings::default() };
-    let mut scene = AnimatedScene::load(&path, Includes::Below, &ModelOptions::default(), &plain).unwrap();
+    let surroundings = Surroundings { ground: Some(false), ..Surroundings::default() };
+    let plain = LoadOptions { surroundings, ..LoadOptions::default() };
+    let mut scene = AnimatedScene::load(&path, &plain).unwrap();
     for time in [0.0, 1.25, 0.5] {
         let mut moved = at(&mut scene, time);
-        let options = ModelOptions { time: Some(time), ..ModelOptions::default() };
-        let alone = SceneDocument::load_in_surroundings(&path, Includes::Below, &options, &plain).unwrap();
+        let model = ModelOptions { time: Some(time), ..ModelOptions::default() };
+        let alone = SceneDocument::load_with(&path, &LoadOptions { model, ..plain.clone() }).unwrap();
         let alone = alone.lower(Rebase::IDENTITY).unwrap();
         moved.camera = alone.camera;
         assert_eq!(moved.digest(), alone.digest(), "{time}");

@@ -4,9 +4,9 @@ use super::ModelOptions;
 use super::testing::{Memory, ROUNDED, Random, error_in_space, far_vertices, floats, glb, png, shorts};
 use super::{Parse, is_model, load, texture};
 use super::{gltf, obj, ply};
+use crate::SceneDocument;
 use crate::description::{Description, Texels};
 use crate::error::SceneError;
-use crate::{Includes, SceneDocument};
 use glam::DVec3;
 use std::path::Path;
 
@@ -180,7 +180,7 @@ fn far_models_of_a_scene_keep_their_shape() {
         );
         let path = root.join("a.ron");
         std::fs::write(&path, text).unwrap();
-        SceneDocument::load_including(&path, Includes::Below, &ModelOptions::default()).unwrap().description
+        SceneDocument::load(&path).unwrap().description
     };
     let error = error_in_space(scene(""));
     assert!(error <= ROUNDED, "{error:e}");

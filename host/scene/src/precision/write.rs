@@ -5,8 +5,8 @@ use crate::description::{Ground, PunctualLight, Sky, SunSky};
 use crate::import::ModelOptions;
 use crate::values::point_text;
 use crate::{
-    CameraPose, Rebase, SceneDocument, SceneError, Surroundings, camera_value, import::is_foreign_scene,
-    insert_camera, insert_space, is_model,
+    CameraPose, Rebase, SceneDocument, SceneError, Surroundings, apply_edits, camera_value,
+    import::is_foreign_scene, insert_camera, insert_space, is_model,
 };
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -93,8 +93,8 @@ pub enum Change {
 }
 
 /// Writes a copy of the scene file `from`, which `scene` was read from, to `to`, with the changed
-/// field. All other text stays, comments included. For a model, writes a scene file that shows the
-/// model as `trisect render` shows it.
+/// field, and with the edits of `scene`. All other text stays, comments included. For a model,
+/// writes a scene file that shows the model as `trisect render` shows it.
 ///
 /// # Errors
 ///
@@ -128,6 +128,7 @@ pub fn write(from: &Path, scene: &SceneDocument, change: Change, to: &Path) -> R
             return Err(WriteError::Options { path: from.to_owned() });
         }
         let text = input::read_text(from).map_err(io(from))?;
+        let text = apply_edits(&text, &scene.name, &scene.edits)?;
         match change {
             Change::Space(space) => insert_space(&text, &scene.name, &field(space))?,
             Change::Camera(camera) => insert_camera(&text, &scene.name, &camera)?,

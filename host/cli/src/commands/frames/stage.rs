@@ -46,8 +46,7 @@ impl Stage {
         let start = Instant::now();
         let path = job.scene.as_ref().ok_or(MotionError::BuiltIn { option })?;
         outputs.check_inputs("the scene", &job.scene)?;
-        let (includes, surroundings) = (job.includes.includes(), job.surroundings.surroundings());
-        let mut animated = AnimatedScene::load(path, includes, &job.model.options(), &surroundings)?;
+        let mut animated = AnimatedScene::load(path, &job.load_options())?;
         animated.sharing = job.instances.into();
         animated.camera = job.camera.choice();
         let document = animated.document(time)?;
