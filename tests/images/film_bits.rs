@@ -106,18 +106,18 @@ fn settings(scene: &Scene) -> Settings {
     Settings { width: 33, height: 19, samples: 3, seed: 7, ..independent(scene) }
 }
 
-/// Adds the results of each scene on a backend. Each scene gets a device of its own: a software
-/// adapter keeps hundreds of megabytes for each kernel that a device has compiled.
+/// Adds the results of each scene on a backend. One backend renders them all, so that it compiles
+/// each kernel once.
 fn add(record: &mut Record, subject: BackendUnderTest) {
+    let hello = Scene::hello_world().unwrap();
+    let Some(mut renderer) = subject.renderer(&hello) else { return };
+    if renderer.device().info().kind == DeviceKind::Gpu {
+        eprintln!("SKIPPED for {subject:?}: the record has the bits of the CPU and of a software adapter");
+        return;
+    }
     for path in scene_files() {
         let scene = Scene::load(&path).unwrap();
-        let Some(mut renderer) = subject.renderer(&scene) else { return };
-        if renderer.device().info().kind == DeviceKind::Gpu {
-            eprintln!(
-                "SKIPPED for {subject:?}: the record has the bits of the CPU and of a software adapter"
-            );
-            return;
-        }
+        renderer = Renderer::new(renderer.into_device(), &scene).unwrap();
         for (name, crc) in results(&mut renderer, &settings(&scene)) {
             let scene = path.file_name().unwrap().display();
             record.insert(format!("{scene}, {}, {name}", subject.name()), format!("{crc:08x}"));

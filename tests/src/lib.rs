@@ -74,9 +74,6 @@ impl BackendUnderTest {
     ///
     /// If `REQUIRE_BACKENDS` names a missing backend, or an available backend fails.
     pub fn renderer(self, scene: &Scene) -> Option<Renderer> {
-        if self.is_software() {
-            release_free_memory();
-        }
         let backend = self.available(self.open())?;
         match Renderer::new(backend, scene) {
             Ok(renderer) => {
@@ -107,17 +104,6 @@ impl BackendUnderTest {
                 None
             }
         }
-    }
-}
-
-/// Returns free memory to the system. To compile a large kernel a software adapter takes gigabytes,
-/// which glibc keeps in pieces between those in use, and hardly uses again.
-fn release_free_memory() {
-    #[cfg(all(target_os = "linux", target_env = "gnu"))]
-    #[allow(unsafe_code, reason = "a function of glibc")]
-    // SAFETY: it takes a number of bytes, any of which it accepts.
-    unsafe {
-        libc::malloc_trim(0);
     }
 }
 

@@ -131,17 +131,39 @@ fn terminal_width() -> usize {
     usize::from(console::Term::stderr().size().1)
 }
 
-/// Returns the text beside the bar: share, samples, rate in samples per second, and time left. The
-/// samples are omitted if there are too few columns.
+/// Returns the text beside the bar: share, samples, rate in samples per second, and time left.
+/// Where there are too few columns, numbers are rounded and words left out.
 fn facts(width: usize, (done, all): (u64, u64), rate: f64, left: Duration) -> String {
     let share = format!("{:>3} %", (100.0 * done as f64 / all.max(1) as f64) as u32);
-    let samples = format!("  {}/{} samples", HumanCount(done), HumanCount(all));
-    let mut rest = format!("  {:.1} Msamples/s", rate * 1e-6);
-    if left < MAX_LEFT {
-        let _ = write!(rest, "  {:#} left", HumanDuration(left));
+    let left = match left < MAX_LEFT {
+        true => format!("  {:#} left", HumanDuration(left)),
+        false => String::new(),
+    };
+    let (done, count) = (HumanCount(done), HumanCount(all));
+    let wide = format!("{share}  {done}/{count} samples  {:.1} Msamples/s{left}", rate * 1e-6);
+    match wide.len() + MIN_BAR < width {
+        true => wide,
+        false => format!("{share} of {}  {}/s{left}", rounded(all as f64), rounded(rate)),
     }
-    let is_wide = share.len() + samples.len() + rest.len() + MIN_BAR < width;
-    if is_wide { share + &samples + &rest } else { share + &rest }
+}
+
+/// Returns a number of samples with three digits and a prefix of the SI, such as 2.50 M.
+fn rounded(number: f64) -> String {
+    let mut scaled = number;
+    let mut prefixes = ["", " k", " M", " G", " T", " P"].into_iter();
+    let mut prefix = prefixes.next().unwrap_or_default();
+    // 999.5 would be written as 1000.
+    while scaled >= 999.5 {
+        let Some(next) = prefixes.next() else { break };
+        (scaled, prefix) = (scaled / 1000.0, next);
+    }
+    let digits = match scaled {
+        _ if prefix.is_empty() => 0,
+        ..9.995 => 2,
+        ..99.95 => 1,
+        _ => 0,
+    };
+    format!("{scaled:.digits$}{prefix}")
 }
 
 /// Returns the text of a render with a goal, `since` after its state was told: the error, the goal
@@ -245,7 +267,7 @@ mod tests {
     #[test]
     fn a_bar_fits_its_terminal() {
         let line = longest(40, "{wide_bar} {facts}", || 40);
-        assert!((20..=40).contains(&line.chars().count()) && line.contains("Msamples/s"), "{line:?}");
+        assert!((20..=40).contains(&line.chars().count()) && line.contains(" of 500 G  "), "{line:?}");
         let line = longest(120, "{wide_bar} {facts}", || 120);
         assert!(line.contains("/500,000,000,000 samples") && line.chars().count() <= 120, "{line:?}");
         // Negative control: with the samples it would not fit.
@@ -304,7 +326,13 @@ mod tests {
             }
         }
         let left = Duration::from_secs(65);
-        assert_eq!(facts(40, (1, 4), 2.5e6, left), " 25 %  2.5 Msamples/s  65s left");
+        assert_eq!(facts(40, (1, 4), 2.5e6, left), " 25 % of 4  2.50 M/s  65s left");
+        for (number, text) in
+            [(0.0, "0"), (999.0, "999"), (1000.0, "1.00 k"), (999_960.0, "1.00 M"), (12_345.0, "12.3 k")]
+        {
+            assert_eq!(rounded(number), text);
+        }
+        assert_eq!((rounded(1e17), rounded(1e19)), ("100 P".to_owned(), "10000 P".to_owned()));
         assert_eq!(
             facts(80, (1000, 4000), 2.5e6, left),
             " 25 %  1,000/4,000 samples  2.5 Msamples/s  65s left"

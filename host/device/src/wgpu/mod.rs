@@ -5,6 +5,7 @@ mod adapter;
 mod memory;
 mod pipeline;
 mod run;
+mod storage_params;
 mod timer;
 mod transfer;
 
@@ -69,10 +70,11 @@ impl Wgpu {
         let has_timer = gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
         let timer = has_timer.then(|| Timer::new(&gpu, run::LAUNCHES)).transpose()?;
         info.timer = if has_timer { "timestamp queries" } else { "wall clock" };
+        let pipelines = Pipelines::new(route, info.kind);
         Ok(Self {
             info,
             gpu,
-            pipelines: Pipelines::new(route),
+            pipelines,
             params: None,
             ones: None,
             readbacks: Pool::new(BufferUsages::MAP_READ | BufferUsages::COPY_DST),

@@ -2,9 +2,10 @@
 //! their buffers. Entry points with the same numbers of arrays share a bind group layout.
 
 use super::adapter::Gpu;
+use super::storage_params::storage_params;
 use super::{NAME, Route};
 use crate::command::handles;
-use crate::{BackendError, Dispatch, MathMode};
+use crate::{BackendError, DeviceKind, Dispatch, MathMode};
 use std::collections::HashMap;
 use std::num::NonZero;
 use trisect_kernels::{EntryPoint, specialise, spirv};
@@ -31,14 +32,16 @@ struct Layout {
 /// features, and by math mode.
 pub(super) struct Pipelines {
     route: Route,
+    /// True if launch parameters are in a storage buffer; see [`storage_params`].
+    in_storage: bool,
     layouts: HashMap<(usize, usize), Layout>,
     compiled: HashMap<(EntryPoint, MathMode), ComputePipeline>,
 }
 
 impl Layout {
-    /// Creates a layout of launch parameters, `read` read-only arrays and `written` writable ones,
-    /// in the order of their bindings.
-    fn new(device: &Device, read: usize, written: usize) -> Self {
+    /// Creates a layout of a buffer of launch parameters, `read` read-only arrays and `written`
+    /// writable ones, in the order of their bindings.
+    fn new(device: &Device, params: BufferBindingType, read: usize, written: usize) -> Self {
         let entry = |binding, ty| BindGroupLayoutEntry {
             binding,
             visibility: ShaderStages::COMPUTE,
@@ -46,8 +49,7 @@ impl Layout {
             count: None,
         };
         let arrays = |read_only, count| std::iter::repeat_n(BufferBindingType::Storage { read_only }, count);
-        let kinds =
-            [BufferBindingType::Uniform].into_iter().chain(arrays(true, read)).chain(arrays(false, written));
+        let kinds = [params].into_iter().chain(arrays(true, read)).chain(arrays(false, written));
         let entries: Vec<_> = (0u32..).zip(kinds).map(|(binding, kind)| entry(binding, kind)).collect();
         let bindings =
             device.create_bind_group_layout(&BindGroupLayoutDescriptor { label: None, entries: &entries });
@@ -61,9 +63,10 @@ impl Layout {
 }
 
 impl Pipelines {
-    /// Returns no pipelines yet.
-    pub fn new(route: Route) -> Self {
-        Self { route, layouts: HashMap::new(), compiled: HashMap::new() }
+    /// Returns no pipelines yet, for a device of this kind.
+    pub fn new(route: Route, kind: DeviceKind) -> Self {
+        let in_storage = kind == DeviceKind::SoftwareGpu;
+        Self { route, in_storage, layouts: HashMap::new(), compiled: HashMap::new() }
     }
 
     /// Returns whether the driver gets SPIR-V, without translation by naga.
@@ -76,11 +79,14 @@ impl Pipelines {
         if self.compiled.contains_key(&(of, math)) {
             return Ok(());
         }
-        let layout = self
-            .layouts
-            .entry((of.reads, of.writes))
-            .or_insert_with(|| Layout::new(&gpu.device, of.reads, of.writes));
-        let module = module(&gpu.device, self.route, of, math)?;
+        let layout = self.layouts.entry((of.reads, of.writes)).or_insert_with(|| {
+            let params = match self.in_storage {
+                true => BufferBindingType::Storage { read_only: true },
+                false => BufferBindingType::Uniform,
+            };
+            Layout::new(&gpu.device, params, of.reads, of.writes)
+        });
+        let module = module(&gpu.device, (self.route, self.in_storage), of, math)?;
         let pipeline = gpu.device.create_compute_pipeline(&ComputePipelineDescriptor {
             label: Some(of.name),
             layout: Some(&layout.pipeline),
@@ -144,7 +150,7 @@ fn failed(action: &'static str, message: String) -> BackendError {
 /// Creates the shader module of an entry point, specialised for its features.
 fn module(
     device: &Device,
-    route: Route,
+    (route, in_storage): (Route, bool),
     of: EntryPoint,
     math: MathMode,
 ) -> Result<ShaderModule, BackendError> {
@@ -156,6 +162,9 @@ fn module(
     if math == MathMode::Fast {
         words = contractible(&words);
     }
+    if in_storage {
+        words = storage_params(&words);
+    }
     if route == Route::PassThrough && device.features().contains(Features::PASSTHROUGH_SHADERS) {
         let threads = of.workgroup();
         let entry_points = vec![wgpu::PassthroughShaderEntryPoint {
@@ -163,7 +172,8 @@ fn module(
             workgroup_size: (threads.0, threads.1, 1),
         }];
         // SAFETY: spirv-val accepted the module when it was built, and a test compares the embedded
-        // bytes with the manifest; `contractible` only removes decorations. Callers of
+        // bytes with the manifest; `contractible` only removes decorations, and `storage_params`
+        // moves a block that the layout has at the same place. Callers of
         // `Pipelines::compile` give the numbers of bindings that the module declares. The host
         // proves the indices that kernels use: see `trisect_shared::buffer`.
         #[allow(unsafe_code, reason = "pass-through skips naga's validation")]

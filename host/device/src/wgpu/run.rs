@@ -107,7 +107,7 @@ impl Wgpu {
                 Some(buffer) => buffer,
                 None => {
                     let size = u64::from(launches.max(LAUNCHES)) * PARAMS_STRIDE;
-                    let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
+                    let usage = BufferUsages::UNIFORM | BufferUsages::STORAGE | BufferUsages::COPY_DST;
                     self.gpu.buffer(size, usage, "launch parameters")?
                 }
             };
