@@ -4,6 +4,7 @@
 use std::fs;
 use std::io::Read;
 use std::net::TcpListener;
+use std::process::Output;
 use trisect_tests::program::{Temporary, fails, trisect};
 use trisect_tests::running::{Running, program};
 
@@ -129,30 +130,38 @@ fn receive(listener: &TcpListener, name: &str) -> ((u32, u32), Vec<f32>) {
     }
 }
 
-/// A viewer has the written image at the end.
+/// Renders an image of `size` pixels, such as 40x30, with further options.
+fn render(image: &str, size: &str, more: &[&str]) -> Output {
+    let scene = scene_file("cornell_box.ron");
+    let arguments = ["render", &scene, "-o", image, "--backend", "cpu", "--resolution", size];
+    trisect(&[&arguments[..], more].concat())
+}
+
+/// A viewer has the written image at the end, also a denoised one, and one of a goal.
 #[test]
 fn a_viewer_gets_the_image() {
     let folder = Temporary::new(file!(), "display");
     let image = folder.file("image.pfm");
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = format!("tev://{}", listener.local_addr().unwrap());
-    let name = image.clone();
-    let viewer = std::thread::spawn(move || receive(&listener, &name));
-    let render = |more: &[&str]| {
-        let box_scene = scene_file("cornell_box.ron");
-        let arguments = ["render", &box_scene, "-o", &image, "--backend", "cpu"];
-        let size = ["--width", "40", "--height", "30", "--spp", "300"];
-        trisect(&[&arguments[..], &size, more].concat())
-    };
-    let output = render(&["--display", &address]);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let (size, shown) = viewer.join().unwrap();
-    let written = trisect::image::Image::read(image.as_ref()).unwrap();
-    assert_eq!(size, (40, 30));
-    assert!(shown.iter().zip(written.pixels.as_flattened()).all(|(a, b)| a.to_bits() == b.to_bits()));
+    let mut listener = Some(listener);
+    let ways = [&["--spp", "300"][..], &["--spp", "4", "--denoise", "svgf"], &["--budget", "0.3s"]];
+    for way in ways {
+        let (name, open) = (image.clone(), listener.take().unwrap());
+        let viewer = std::thread::spawn(move || (receive(&open, &name), open));
+        let output = render(&image, "40x30", &[way, &["--display", &address]].concat());
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let ((size, shown), open) = viewer.join().unwrap();
+        listener = Some(open);
+        let written = trisect::image::Image::read(image.as_ref()).unwrap();
+        let written = written.pixels.as_flattened();
+        assert_eq!((size, shown.len()), ((40, 30), written.len()));
+        assert!(shown.iter().zip(written).all(|(a, b)| a.to_bits() == b.to_bits()), "{way:?}");
+    }
     // Without a viewer nothing is rendered, and the remedy is named.
+    drop(listener);
     fs::remove_file(&image).unwrap();
-    let output = render(&["--display", &address]);
+    let output = render(&image, "40x30", &["--spp", "1", "--display", &address]);
     let text = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{text}");
     assert!(text.contains("start tev first") && !fs::exists(&image).unwrap(), "{text}");
@@ -166,10 +175,7 @@ fn a_viewer_may_end() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = format!("tev://{}", listener.local_addr().unwrap());
     let viewer = std::thread::spawn(move || drop(listener.accept().unwrap()));
-    let box_scene = scene_file("cornell_box.ron");
-    let arguments = ["render", &box_scene, "-o", &image, "--backend", "cpu"];
-    let size = ["--width", "400", "--height", "300", "--spp", "8", "--display", &address];
-    let output = trisect(&[&arguments[..], &size].concat());
+    let output = render(&image, "400x300", &["--spp", "8", "--display", &address]);
     viewer.join().unwrap();
     let text = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success() && fs::exists(&image).unwrap(), "{text}");

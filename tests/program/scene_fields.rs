@@ -56,6 +56,11 @@ fn fields_are_changed() {
     succeeds(&with_changes(&[&["render", &scene], &cpu[..], &[&c], &part[..]].concat()));
     succeeds(&["merge", &film, &rest, "-o", &c]);
     assert_eq!(fs::read(&a).unwrap(), fs::read(&c).unwrap());
+    // `resume` reads the scene again: without the changes it would refuse the film as another's.
+    let whole = folder.file("whole.film");
+    succeeds(&with_changes(&[&["render", &scene], &cpu[..], &[&c, "--checkpoint", &whole]].concat()));
+    succeeds(&["resume", &whole, "-o", &d]);
+    assert_eq!(fs::read(&a).unwrap(), fs::read(&d).unwrap());
     // A copy has the changes and the comments.
     succeeds(&with_changes(&["check", &scene, "-o", &copy]));
     let copied = fs::read_to_string(&copy).unwrap();

@@ -12,6 +12,7 @@ mod denoise;
 mod goal;
 mod image_file;
 mod job;
+mod load;
 mod motion;
 pub mod old_spellings;
 mod preview;
@@ -35,7 +36,8 @@ pub use cluster::{ClusterArgs, RankArgs};
 pub use denoise::{DenoiseArg, DenoiseArgs};
 pub use goal::GoalArgs;
 pub use image_file::{ImageFileArgs, MetadataArg};
-pub use job::{IncludeArgs, JobArgs, ModelArgs};
+pub use job::JobArgs;
+pub use load::{IncludeArgs, LoadArgs};
 pub use motion::{Frames, MotionArgs};
 pub use preview::{DisplayAddress, PreviewArgs};
 pub use render::{DEFAULT_OUTPUT, RenderArgs};
@@ -47,7 +49,6 @@ pub use view::ViewArgs;
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 use trisect::output::exposure::MAX_STOPS;
-use trisect::scene::{FieldEdit, LoadOptions};
 
 /// A path tracer whose kernels are written once in Rust and run on the CPU, through wgpu and
 /// through CUDA.
@@ -134,23 +135,9 @@ pub struct CheckArgs {
     /// Scene file or model.
     pub scene: PathBuf,
 
-    /// Permitted locations of files that the scene names.
+    /// Choices with which the scene is read.
     #[command(flatten)]
-    pub includes: IncludeArgs,
-
-    /// Parts of models that are drawn.
-    #[command(flatten)]
-    pub model: ModelArgs,
-
-    /// Environment, sun and ground.
-    #[command(flatten)]
-    pub surroundings: SurroundingsArgs,
-
-    /// Change of a field of a scene file: names, and numbers of list entries from 0 on, with dots
-    /// between them, such as camera.look_at=0,1,0 or objects.3.radius=2; may be given several times
-    /// (default: none).
-    #[arg(long, value_name = "PATH=VALUE")]
-    pub set: Vec<FieldEdit>,
+    pub load: LoadArgs,
 
     /// Form of the result.
     #[command(flatten)]
@@ -165,18 +152,6 @@ pub struct CheckArgs {
     /// Exit with code 4 if there are warnings about the scene.
     #[arg(long)]
     pub deny_warnings: bool,
-}
-
-impl CheckArgs {
-    /// Returns the choices with which the scene is read.
-    pub fn load_options(&self) -> LoadOptions {
-        LoadOptions {
-            includes: self.includes.includes(),
-            model: self.model.options(),
-            surroundings: self.surroundings.surroundings(),
-            edits: self.set.clone(),
-        }
-    }
 }
 
 fn parse_count(text: &str) -> Result<u32, String> {

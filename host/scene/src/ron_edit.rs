@@ -2,6 +2,7 @@
 //! rest as it is. `precision::write` uses it for `trisect check --write` and for the viewer.
 
 use super::error::SceneError;
+use super::ron_text::container;
 use super::{CameraPose, camera_value, format};
 use ron::value::RawValue;
 use serde::Deserialize;
@@ -75,38 +76,11 @@ fn insert_field(text: &str, place: Option<&str>, name: &str, value: &str) -> Opt
             (start + before, start + before + after, value.to_owned())
         }
         None => {
-            let start = first_field(text);
+            let start = container(text, 0)?.opening;
             (start, start, format!("\n    {name}: {value},"))
         }
     };
     Some(format!("{}{inserted}{}", text.get(..start)?, text.get(end..)?))
-}
-
-/// Returns the offset behind the parenthesis that opens the scene: the first one outside comments
-/// and attributes.
-fn first_field(text: &str) -> usize {
-    let mut at = 0;
-    let mut depth = 0; // block comments nest
-    while let Some(rest) = text.get(at..).filter(|rest| !rest.is_empty()) {
-        let line = || rest.find('\n').map_or(rest.len(), |end| end + 1);
-        at += if rest.starts_with("/*") {
-            depth += 1;
-            2
-        } else if depth > 0 {
-            let ends = rest.starts_with("*/");
-            depth -= i32::from(ends);
-            if ends { 2 } else { rest.chars().next().map_or(1, char::len_utf8) }
-        } else if rest.starts_with("//") {
-            line()
-        } else if rest.starts_with("#!") {
-            rest.find(']').map_or(rest.len(), |end| end + 1)
-        } else if rest.starts_with('(') {
-            return at + 1;
-        } else {
-            rest.chars().next().map_or(1, char::len_utf8)
-        };
-    }
-    text.len()
 }
 
 #[cfg(test)]

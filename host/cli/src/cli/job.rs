@@ -1,15 +1,15 @@
 //! Scene, settings and device: the options of all commands that render.
 
 use super::switch::Switch;
-use super::{CameraArgs, SurroundingsArgs, parse_count, parse_resolution};
+use super::{CameraArgs, LoadArgs, parse_count, parse_resolution};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 use trisect::bvh::BvhQuality;
 use trisect::device::Choice;
 use trisect::output::exposure::Exposure;
 use trisect::render::{KernelFeatures, MathMode, Sampler, Schedule, Settings, Summation, Traversal};
-use trisect::scene::import::{ModelOptions, is_model};
-use trisect::scene::{FieldEdit, Includes, LoadOptions, Sharing};
+use trisect::scene::Sharing;
+use trisect::scene::import::is_model;
 
 /// Scene, settings and device of a render.
 #[derive(Clone, Debug, Args)]
@@ -17,23 +17,9 @@ pub struct JobArgs {
     /// Scene file or model (default: the built-in scene with three spheres).
     pub scene: Option<PathBuf>,
 
-    /// Permitted locations of files that the scene names.
+    /// Choices with which the scene is read.
     #[command(flatten)]
-    pub includes: IncludeArgs,
-
-    /// Parts of models that are drawn.
-    #[command(flatten)]
-    pub model: ModelArgs,
-
-    /// Environment, sun and ground.
-    #[command(flatten)]
-    pub surroundings: SurroundingsArgs,
-
-    /// Change of a field of a scene file: names, and numbers of list entries from 0 on, with dots
-    /// between them, such as camera.look_at=0,1,0 or objects.3.radius=2; may be given several times
-    /// (default: none).
-    #[arg(long, value_name = "PATH=VALUE")]
-    pub set: Vec<FieldEdit>,
+    pub load: LoadArgs,
 
     /// Camera in place of the scene's own.
     #[command(flatten)]
@@ -159,23 +145,6 @@ pub struct JobArgs {
     pub deny_warnings: bool,
 }
 
-/// Choices among what glTF models hold, unless the scene file makes them.
-#[derive(Clone, Debug, Default, Args)]
-pub struct ModelArgs {
-    /// Time of the animation of glTF models, in seconds or as 1500ms, 2s, 1m (default: the model's
-    /// own pose; with --animation: 0).
-    #[arg(long, value_name = "TIME", value_parser = parse_moment, allow_negative_numbers = true)]
-    pub time: Option<f64>,
-
-    /// Name of the animation of glTF models (default: their first).
-    #[arg(long, value_name = "NAME")]
-    pub animation: Option<String>,
-
-    /// Name of the variant of the materials of glTF models (default: none).
-    #[arg(long, value_name = "NAME")]
-    pub material_variant: Option<String>,
-}
-
 /// Values of `--instances`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum SharingArg {
@@ -197,46 +166,7 @@ impl From<SharingArg> for Sharing {
     }
 }
 
-impl ModelArgs {
-    /// Returns the choices for the library.
-    pub fn options(&self) -> ModelOptions {
-        let Self { time, animation, material_variant } = self;
-        ModelOptions { time: *time, animation: animation.clone(), variant: material_variant.clone() }
-    }
-}
-
-/// Reads a time in seconds, with or without a unit.
-fn parse_moment(text: &str) -> Result<f64, String> {
-    super::time::seconds(text).ok_or_else(|| "must be a time such as 1.5, 1.5s, 1500ms or 2m".to_owned())
-}
-
-/// Option `--allow-outside`.
-#[derive(Clone, Copy, Debug, Args)]
-pub struct IncludeArgs {
-    /// Also read files outside the scene's folder that the scene or its models name (default:
-    /// refuse them).
-    #[arg(long)]
-    pub allow_outside: bool,
-}
-
-impl IncludeArgs {
-    /// Returns the permitted locations for the library.
-    pub fn includes(self) -> Includes {
-        if self.allow_outside { Includes::Anywhere } else { Includes::Below }
-    }
-}
-
 impl JobArgs {
-    /// Returns the choices with which the scene is read.
-    pub fn load_options(&self) -> LoadOptions {
-        LoadOptions {
-            includes: self.includes.includes(),
-            model: self.model.options(),
-            surroundings: self.surroundings.surroundings(),
-            edits: self.set.clone(),
-        }
-    }
-
     /// Returns whether the scene is a model without a scene file.
     pub fn shows_model(&self) -> bool {
         self.scene.as_deref().is_some_and(is_model)

@@ -21,7 +21,7 @@ pub fn run(arguments: &CheckArgs) -> Result<ExitCode, Error> {
     let outputs = Outputs::default().file("--json", json).file("--write", arguments.write.as_deref());
     outputs.check()?;
     Outputs::default().file("--json", json).check_inputs("the scene", [&arguments.scene])?;
-    let scene = SceneDocument::load_with(&arguments.scene, &arguments.load_options())?;
+    let scene = SceneDocument::load_with(&arguments.scene, &arguments.load.options())?;
     let report = precision::check(&scene, &scene.image);
     // Error with which a render would refuse the scene, such as a sky that is not a number.
     // Findings outside the range are printed first, because they may be its cause.

@@ -97,8 +97,8 @@ impl Loaded {
     pub fn read(job: &JobArgs, outputs: &Outputs) -> Result<Self, Error> {
         let start = Instant::now();
         let mut described = match &job.scene {
-            Some(path) => SceneDocument::load_with(path, &job.load_options())?,
-            None => SceneDocument::hello_world_with(&job.load_options())?,
+            Some(path) => SceneDocument::load_with(path, &job.load.options())?,
+            None => SceneDocument::hello_world_with(&job.load.options())?,
         };
         described.sharing = job.instances.into();
         described.choose_camera(&job.camera.choice())?;

@@ -70,7 +70,7 @@ pub fn command(arguments: &ResumeArgs, header: &Header) -> Result<RenderArgs, Er
     };
     let at = |path: PathBuf| header.folder.join(path);
     command.job.scene = arguments.scene.clone().or(command.job.scene.map(at));
-    command.job.surroundings.in_folder(&header.folder);
+    command.job.load.surroundings.in_folder(&header.folder);
     command.output = match &arguments.output {
         Some(output) => output.clone(),
         None if output::is_stdout(&command.output) => command.output,
@@ -80,7 +80,7 @@ pub fn command(arguments: &ResumeArgs, header: &Header) -> Result<RenderArgs, Er
     // The path of statistics is that of the new command; the caller checks the image's path.
     command.log.stats = arguments.log.stats.clone();
     command.preview = PreviewArgs::default();
-    command.job.includes.allow_outside |= arguments.includes.allow_outside;
+    command.job.load.includes.allow_outside |= arguments.includes.allow_outside;
     if let Some(backend) = arguments.backend {
         (command.job.backend, command.job.device) = (backend, arguments.device);
         // The image does not depend on these, and another backend may not have them.

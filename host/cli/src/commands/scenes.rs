@@ -92,7 +92,7 @@ fn check_inputs(commands: &[RenderArgs]) -> Result<(), ConflictError> {
     for job in commands.iter().map(|command| &command.job) {
         outputs.check_inputs("a scene", &job.scene)?;
         let Some(scene) = &job.scene else { continue };
-        if let Ok(document) = SceneDocument::load_with(scene, &job.load_options()) {
+        if let Ok(document) = SceneDocument::load_with(scene, &job.load.options()) {
             outputs.check_inputs("a file of a scene", &document.description.files)?;
         }
     }

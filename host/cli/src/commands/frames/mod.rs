@@ -76,7 +76,7 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     let option = arguments.motion.option().unwrap_or_default();
     let job_arguments = JobArgs { may_roulette: request.is_some(), ..single::job(arguments) };
     let first = exposure::first_frame(arguments);
-    let of_start = arguments.job.model.time.unwrap_or(0.0);
+    let of_start = arguments.job.load.model.time.unwrap_or(0.0);
     let time = |frame: u32| of_start + f64::from(frame) / arguments.motion.fps();
     let display = Display::open(arguments)?;
     let mut stage = Stage::open(job_arguments, arguments, outputs, option, time(first))?;

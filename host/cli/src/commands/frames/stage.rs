@@ -46,7 +46,7 @@ impl Stage {
         let start = Instant::now();
         let path = job.scene.as_ref().ok_or(MotionError::BuiltIn { option })?;
         outputs.check_inputs("the scene", &job.scene)?;
-        let mut animated = AnimatedScene::load(path, &job.load_options())?;
+        let mut animated = AnimatedScene::load(path, &job.load.options())?;
         animated.sharing = job.instances.into();
         animated.camera = job.camera.choice();
         let document = animated.document(time)?;

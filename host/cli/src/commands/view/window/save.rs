@@ -38,7 +38,7 @@ pub fn camera(job: &JobArgs, pose: &CameraPose) -> String {
     let Some(to) = free(folder, &stem(scene), "ron") else {
         return "there are 9,999 copies of this scene; move them".to_owned();
     };
-    let read = SceneDocument::load_with(from, &job.load_options());
+    let read = SceneDocument::load_with(from, &job.load.options());
     let written = read.map_err(|error| error.to_string()).and_then(|described| {
         precision::write(from, &described, Change::Camera(*pose), &to).map_err(|error| error.to_string())
     });
