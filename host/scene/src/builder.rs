@@ -10,8 +10,6 @@ pub use super::sun_sky::SunSky;
 use super::description::{
     Description, Instance, Material, Mesh, Portal, PunctualLight, Shape, ShapeKind, Sky,
 };
-use super::import::ModelOptions;
-use super::surroundings::Surroundings;
 use super::values::{MAX_MAGNITUDE, unit};
 use super::{CameraPose, Fresnel, ImageSettings, Rebase, Scene, SceneDocument, SceneError, Sharing};
 use glam::{DAffine3, DVec3};
@@ -201,17 +199,8 @@ impl SceneBuilder {
     pub fn build(self) -> Result<Scene, SceneError> {
         let image =
             ImageSettings { width: 640, height: 360, samples: 64, depth: 50, fresnel: Fresnel::Exact };
-        let document = SceneDocument {
-            name: NAME.to_owned(),
-            description: self.description,
-            image,
-            space: Rebase::IDENTITY,
-            options: ModelOptions::default(),
-            sharing: self.sharing,
-            surroundings: Surroundings::default(),
-            edits: Vec::new(),
-            notes: Vec::new(),
-        };
+        let document = SceneDocument::of_description(self.description, image, NAME);
+        let document = SceneDocument { sharing: self.sharing, ..document };
         document.lower(Rebase::IDENTITY)
     }
 }
