@@ -31,4 +31,5 @@ mod summation;
 mod sun_sky;
 mod temporal;
 mod transport;
+mod view_layers;
 mod wide;

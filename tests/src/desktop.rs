@@ -12,12 +12,15 @@ use x11rb::protocol::xtest::ConnectionExt as _;
 use x11rb::rust_connection::RustConnection;
 
 /// Any error of the X server or its connection.
-type Failure = Box<dyn std::error::Error>;
+pub(crate) type Failure = Box<dyn std::error::Error>;
 
 // Types of the X protocol's events.
 const KEY: (u8, u8) = (2, 3);
 const BUTTON: (u8, u8) = (4, 5);
 const MOTION: u8 = 6;
+
+/// Symbol of the shift key (X11/keysymdef.h).
+const SHIFT: u32 = 0xffe1;
 
 /// An X server without a monitor; it is stopped on drop.
 pub struct Desktop {
@@ -91,6 +94,16 @@ impl Desktop {
         };
         let root = connection.setup().roots[screen].root;
         Ok(Self { server, name, connection, root })
+    }
+
+    /// Returns the connection to the server.
+    pub(crate) fn connection(&self) -> &RustConnection {
+        &self.connection
+    }
+
+    /// Returns the window behind all others.
+    pub(crate) fn root(&self) -> Window {
+        self.root
     }
 
     /// Waits for a visible window whose title begins with `title`.
@@ -184,11 +197,19 @@ impl Desktop {
         let (first, count) = (setup.min_keycode, setup.max_keycode - setup.min_keycode + 1);
         let map = self.connection.get_keyboard_mapping(first, count)?.reply()?;
         let of_key = usize::from(map.keysyms_per_keycode).max(1);
-        let at = map.keysyms.chunks(of_key).position(|symbols| symbols.contains(&symbol));
-        let code = first + u8::try_from(at.ok_or("no such key")?)?;
-        self.fake(KEY.0, code, 0, 0)?;
+        let place = |wanted: u32| {
+            let mut keys = map.keysyms.chunks(of_key).enumerate();
+            keys.find_map(|(key, symbols)| Some((key, symbols.iter().position(|&is| is == wanted)?)))
+        };
+        let code = |key: usize| Ok::<_, Failure>(first + u8::try_from(key)?);
+        let (key, level) = place(symbol).ok_or("no such key")?;
+        let (shift, _) = place(SHIFT).ok_or("no shift key")?;
+        let shift = if level == 1 { Some(code(shift)?) } else { None };
+        shift.map_or(Ok(()), |shift| self.fake(KEY.0, shift, 0, 0))?;
+        self.fake(KEY.0, code(key)?, 0, 0)?;
         std::thread::sleep(hold);
-        self.fake(KEY.1, code, 0, 0)
+        self.fake(KEY.1, code(key)?, 0, 0)?;
+        shift.map_or(Ok(()), |shift| self.fake(KEY.1, shift, 0, 0))
     }
 
     /// Drags with a button from one point of the screen to another.

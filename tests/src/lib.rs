@@ -14,6 +14,7 @@
 #[cfg(target_os = "linux")]
 pub mod desktop;
 pub mod fault_injecting_backend;
+mod file_drop;
 pub mod hosts;
 pub mod models;
 pub mod mpi;

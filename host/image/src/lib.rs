@@ -3,6 +3,7 @@
 
 mod bounds;
 mod exr;
+pub mod magma;
 pub mod metrics;
 pub mod output;
 pub mod texture;

@@ -5,6 +5,8 @@ use glam::{DVec3, Vec3};
 use trisect_scene::CameraPose;
 use trisect_shared::camera::Camera;
 use trisect_shared::denoise::PinholeView;
+use trisect_shared::ray::Ray;
+use trisect_shared::rng::Words;
 
 /// Returns the camera record of an image. It is computed in f64; only the record's vectors are
 /// rounded to f32.
@@ -120,11 +122,21 @@ impl Lens {
     }
 }
 
+/// Returns the depth of a position along the camera's axis.
+pub(crate) fn depth(camera: &Camera, position: DVec3) -> f64 {
+    let axis = camera.step_x.as_dvec3().cross(camera.step_y.as_dvec3()).normalize_or_zero();
+    (position - camera.origin.as_dvec3()).dot(axis)
+}
+
+/// Returns the ray through the middle of pixel (`x`, `y`) and of the lens.
+pub(crate) fn middle_ray(camera: &Camera, x: u32, y: u32) -> Ray {
+    camera.ray(x, y, Words { x: 1 << 31, y: 1 << 31, z: 0, w: 0 })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use glam::{DVec3, Vec3};
-    use trisect_shared::rng::Words;
 
     #[test]
     fn the_image_plane_of_a_square_view() {

@@ -4,6 +4,7 @@
 //! OpenEXR", section "Layers"): tools show `N.X`, `N.Y` and `N.Z` as the layer `N`. Depth is the
 //! channel `Z`, as there.
 
+use crate::camera;
 use crate::film::{AovTotals, Film, PixelTotals};
 use glam::DVec3;
 use std::path::Path;
@@ -125,13 +126,9 @@ fn layer(
         }
         Aov::Albedo => color_channels("albedo.", &aovs.map(|aov| short(aov.albedo()))),
         Aov::Depth => {
-            let axis = camera.step_x.as_dvec3().cross(camera.step_y.as_dvec3()).normalize_or_zero();
             let depth = |g: AovTotals| match g.hits {
                 0 => f32::INFINITY,
-                _ => {
-                    let way = DVec3::from(g.position()) - camera.origin.as_dvec3();
-                    (way.dot(axis) / space.scale) as f32
-                }
+                _ => (camera::depth(camera, DVec3::from(g.position())) / space.scale) as f32,
             };
             vec![Channel::new("Z", Samples::F32(aovs.map(depth)))]
         }

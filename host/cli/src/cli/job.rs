@@ -1,5 +1,7 @@
 //! Scene, settings and device: the options of all commands that render.
 
+#[cfg(feature = "window")]
+use super::load::ModelArgs;
 use super::switch::Switch;
 use super::{CameraArgs, LoadArgs, parse_count, parse_resolution};
 use clap::{Args, ValueEnum};
@@ -170,6 +172,14 @@ impl JobArgs {
     /// Returns whether the scene is a model without a scene file.
     pub fn shows_model(&self) -> bool {
         self.scene.as_deref().is_some_and(is_model)
+    }
+
+    /// Returns these options for another scene: without those that are for a scene's own camera,
+    /// fields and animations.
+    #[cfg(feature = "window")]
+    pub fn of_scene(&self, scene: PathBuf) -> Self {
+        let load = LoadArgs { set: Vec::new(), model: ModelArgs::default(), ..self.load.clone() };
+        Self { scene: Some(scene), load, camera: CameraArgs::default(), ..self.clone() }
     }
 
     /// Returns the choice of the exposure; `given` is the value of `--exposure`, in stops.

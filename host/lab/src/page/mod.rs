@@ -9,7 +9,6 @@ mod chart;
 mod check;
 mod colors;
 mod labels;
-mod magma;
 mod raster;
 mod slider;
 mod table;

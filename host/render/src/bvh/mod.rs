@@ -9,6 +9,7 @@ mod bounds;
 mod build;
 mod instances;
 mod memory;
+mod nodes_entered;
 mod padding;
 mod parts;
 mod piece;
@@ -16,6 +17,7 @@ mod refit;
 mod tile_entries;
 mod wide;
 
+pub(crate) use nodes_entered::TreeOnHost;
 pub use refit::MAX_REFITTED_COST;
 pub use tile_entries::build_tile_entries;
 pub use wide::Wide;

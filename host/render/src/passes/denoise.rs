@@ -157,6 +157,11 @@ impl DenoiseBuffers {
         self.temporal.as_ref().map(|frames| &frames.sums)
     }
 
+    /// Returns sums and AOV sums over frames, if frames were summed.
+    pub fn accumulated_with_aovs(&self) -> Option<[&Buffer; 2]> {
+        self.temporal.as_ref().map(|frames| [&frames.sums, &frames.aovs])
+    }
+
     /// Returns whether the buffers are those of an image of this many pixels.
     pub fn fits(&self, pixels: u64) -> bool {
         self.pixels == pixels

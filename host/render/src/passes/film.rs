@@ -164,6 +164,27 @@ impl DeviceFilm {
         unsafe { device.run(commands) }.map(|_| ())
     }
 
+    /// Copies these rows of sums and AOV sums, packed, which stay as they are: those of this film,
+    /// or those `of` another place with as many pixels.
+    pub fn copy(
+        &self,
+        device: &mut dyn Device,
+        of: Option<[&Buffer; 2]>,
+        rows: &RowSet,
+        (sums, aovs): (&mut [PixelSums], &mut [AovSums]),
+    ) -> Result<(), BackendError> {
+        if !self.of.has_aovs() {
+            return Err(misuse("the film has no AOV sums"));
+        }
+        let [from_sums, from_aovs] = of.unwrap_or([&self.sums, &self.aovs]);
+        let commands = vec![
+            Command::Read { from: from_sums, to: RowTarget::records(sums, rows) },
+            Command::Read { from: from_aovs, to: RowTarget::records(aovs, rows) },
+        ];
+        // SAFETY: no launch.
+        unsafe { device.run(commands) }.map(|_| ())
+    }
+
     /// Writes the sums of all pixels to the film, and their AOV sums if the film's kernel writes
     /// AOV sums; otherwise `aovs` is empty.
     pub fn write(

@@ -339,6 +339,26 @@ impl DeviceScene {
         buffers.read(self.device.as_mut(), image, size, pixels)
     }
 
+    /// Copies rows of the last frame's sums and AOV sums, packed, which stay on the device: those
+    /// over several frames if they are `accumulated`.
+    pub fn copy_sums(
+        &mut self,
+        accumulated: bool,
+        rows: &RowSet,
+        records: (&mut [PixelSums], &mut [AovSums]),
+    ) -> Result<(), BackendError> {
+        let film = made(self.film.as_ref())?;
+        let of = match accumulated {
+            false => None,
+            true => {
+                let buffers = self.denoiser.as_ref().filter(|buffers| buffers.fits(film.of.pixels()));
+                let kept = buffers.and_then(DenoiseBuffers::accumulated_with_aovs);
+                Some(kept.ok_or_else(|| misuse("no frame was kept"))?)
+            }
+        };
+        film.copy(self.device.as_mut(), of, rows, records)
+    }
+
     /// Converts rows of the last frame's image for a display and copies them to the host. Returns
     /// the device's own measure of the time of the conversion.
     pub fn display(&mut self, pass: &DisplayPass, to: RowTarget<'_>) -> Result<Duration, BackendError> {

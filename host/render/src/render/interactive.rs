@@ -17,8 +17,10 @@ use std::time::Duration;
 use trisect_device::Started;
 use trisect_image::Image;
 use trisect_image::output::exposure::MAX_STOPS;
+use trisect_shared::aovs::AovSums;
 use trisect_shared::denoise::FilteredPixel;
 use trisect_shared::display::DisplayParams;
+use trisect_shared::film::PixelSums;
 
 /// Live frame, which stayed on the device, with its times there.
 #[derive(Clone, Debug)]
@@ -189,6 +191,24 @@ impl Renderer {
         let mut pixels = vec![FilteredPixel::UNKNOWN; width as usize * height as usize];
         self.uploaded.read_denoised(live.image, live.size, &mut pixels)?;
         Ok(denoise::image(width, height, &pixels))
+    }
+
+    /// Returns sums and AOV sums of rows of the last live frame, row by row: over all frames that
+    /// were accumulated. The next frame continues as if they had not been read.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Backend`] if the device fails, or no longer has this frame.
+    pub fn read_live_sums(
+        &mut self,
+        live: &LiveFrame,
+        rows: &Range<u32>,
+    ) -> Result<(Vec<PixelSums>, Vec<AovSums>), Error> {
+        let rows = RowSet::from(rows.start.max(live.rows.start)..rows.end.min(live.rows.end));
+        let count = live.size.0 as usize * rows.len() as usize;
+        let (mut sums, mut aovs) = (vec![PixelSums::UNWRITTEN; count], vec![AovSums::UNWRITTEN; count]);
+        self.uploaded.copy_sums(live.accumulated, &rows, (&mut sums, &mut aovs))?;
+        Ok((sums, aovs))
     }
 
     /// Converts the rows of the last live frame for a display and copies them to `pixels`, row by

@@ -3,6 +3,7 @@
 use super::Settings;
 use super::boundaries::Boundaries;
 use super::scene_params::SceneParams;
+use crate::bvh::TreeOnHost;
 use crate::bvh::{Bvh, BvhQuality};
 use crate::camera;
 use crate::lights::Lights;
@@ -164,6 +165,12 @@ impl LaunchScene {
     /// Returns the root of the BVH.
     pub fn root(&self) -> Child {
         self.params.root
+    }
+
+    /// Returns the binary BVH, with the trees of instances.
+    pub fn tree(&self) -> TreeOnHost<'_> {
+        let SceneParams { root, first_instance, first_instance_node, .. } = self.params;
+        TreeOnHost { nodes: &self.nodes, root, first_instance, first_instance_node }
     }
 
     /// Returns the middle of the scene's box, or `None` for fewer than two primitives.

@@ -47,6 +47,7 @@ pub use trisect_device::{MathMode, Schedule, Traversal};
 pub use trisect_scene::Fresnel;
 
 use crate::Error;
+use crate::bvh::TreeOnHost;
 use crate::film::{Film, HostRecords, Totals};
 use crate::passes::{DeviceScene, FilmDesc};
 use crate::stats::{GoalProgress, Phases, RenderStats};
@@ -347,6 +348,11 @@ impl Renderer {
     /// and discs, in the scene's order, then mesh instances. Returns 0 for `None`.
     pub fn object(&self, primitive: Option<u32>) -> u32 {
         self.scene.object(primitive)
+    }
+
+    /// Returns the binary BVH.
+    pub(crate) fn tree(&self) -> TreeOnHost<'_> {
+        self.scene.tree()
     }
 
     /// Returns the camera record of the launch parameters.

@@ -1,15 +1,21 @@
 //! Series of frames of one scene, for a window and for files.
 
+use super::layer::{FrameSums, Layer, LayerPicture};
+use super::pick::Pick;
 use crate::Error;
+use crate::camera;
 use crate::denoise::{DenoiseSettings, Kernel, TemporalSettings};
 use crate::film::{HostFrame, RowSet, RowTarget};
 use crate::render::{
     DisplayOptions, LiveFrame, MAX_ACCUMULATED_SAMPLES, Renderer, Settings, ShownFrame, StartedFrame,
 };
+use glam::Vec3;
 use std::collections::VecDeque;
 use std::ops::Range;
 use std::time::{Duration, Instant};
-use trisect_scene::CameraPose;
+use trisect_image::Image;
+use trisect_scene::{CameraPose, PartName};
+use trisect_shared::aovs::AovSums;
 
 /// Options that can change from frame to frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -206,6 +212,96 @@ impl Viewer {
         self.last = Some((look, pose, shot.clone()));
         self.unused.push(memory);
         Ok(self.unused.last().map(|memory| (shot, memory.pixels())))
+    }
+
+    /// Copies the last frame to `pixels` once more, and returns its times; `None` if there was
+    /// none.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Backend`] if the device fails.
+    pub fn show_again(&mut self, pixels: &mut Vec<u32>) -> Result<Option<FrameTiming>, Error> {
+        let Some((look, _, shot)) = &self.last else { return Ok(None) };
+        self.renderer.show(&shot.live, &look.screen, pixels)?;
+        Ok(Some(shot.clone()))
+    }
+
+    /// Returns width and height of the last frame in pixels; `None` if there was none.
+    pub fn size(&self) -> Option<(u32, u32)> {
+        self.last.as_ref().map(|(_, _, shot)| shot.size)
+    }
+
+    /// Returns the picture of a layer of the last frame; `None` if there was none. `names` are
+    /// those of the [objects](Renderer::object), from object 1 on. Frames accumulate as if nothing
+    /// was read.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Backend`] if the device fails.
+    pub fn layer(&mut self, layer: Layer, names: &[PartName]) -> Result<Option<LayerPicture>, Error> {
+        let Some((look, _, shot)) = &self.last else { return Ok(None) };
+        let (width, settings) = (shot.size.0, look.scaled());
+        let (sums, aovs) = self.renderer.read_live_sums(&shot.live, &(0..shot.size.1))?;
+        let (renderer, camera) = (&self.renderer, self.renderer.camera(&settings));
+        let tree = renderer.tree();
+        let nodes = |pixel: usize| {
+            let ray = camera::middle_ray(&camera, pixel as u32 % width, pixel as u32 / width);
+            let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+            let aov = aovs.get(pixel).copied().unwrap_or(AovSums::ZERO);
+            let distance = match aov.hits {
+                0 => f64::INFINITY,
+                hits => (aov.position.as_dvec3() / f64::from(hits)).distance(origin),
+            };
+            tree.nodes_before(origin, direction, distance)
+        };
+        let object = |aov: &AovSums| renderer.object((aov.hits > 0).then_some(aov.primitive));
+        let objects: Vec<u32> =
+            if layer.needs_objects() { aovs.iter().map(object).collect() } else { Vec::new() };
+        let frame = FrameSums {
+            sums: &sums,
+            aovs: &aovs,
+            objects: &objects,
+            depth: &|position| camera::depth(&camera, position.as_dvec3()),
+            nodes: &nodes,
+            names,
+        };
+        Ok(Some(frame.picture(layer)))
+    }
+
+    /// Returns what a pixel of the last frame shows; `None` for the sky, for a pixel outside of the
+    /// frame, and before the first frame. Frames accumulate as if nothing was read.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Backend`] if the device fails.
+    pub fn pick(&mut self, (x, y): (u32, u32)) -> Result<Option<Pick>, Error> {
+        let Some((look, _, shot)) = &self.last else { return Ok(None) };
+        if x >= shot.size.0 || y >= shot.size.1 {
+            return Ok(None);
+        }
+        let camera = self.renderer.camera(&look.scaled());
+        let (sums, aovs) = self.renderer.read_live_sums(&shot.live, &(y..y + 1))?;
+        let (Some(sums), Some(aov)) = (sums.get(x as usize), aovs.get(x as usize)) else { return Ok(None) };
+        let mean = |sum: Vec3, count: u32| sum.as_dvec3() / f64::from(count.max(1));
+        let position = mean(aov.position, aov.hits);
+        Ok((aov.hits > 0).then(|| Pick {
+            object: self.renderer.object(Some(aov.primitive)),
+            position,
+            normal: mean(aov.normal, aov.hits),
+            albedo: mean(aov.albedo, aov.samples()),
+            depth: camera::depth(&camera, position),
+            radiance: mean(sums.radiance, sums.samples),
+        }))
+    }
+
+    /// Returns the image of the last frame, with its filter; `None` if there was none.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Backend`] if the device fails.
+    pub fn image(&mut self) -> Result<Option<Image>, Error> {
+        let last = self.last.as_ref();
+        last.map(|(_, _, shot)| self.renderer.read_live(&shot.live)).transpose()
     }
 
     /// Returns pinned memory for a frame, which may be one that was taken.

@@ -5,8 +5,9 @@ pub mod headless;
 mod window;
 
 use super::{Session, eprint};
-use crate::cli::{DenoiseArg, ViewArgs};
+use crate::cli::{DenoiseArg, JobArgs, ViewArgs};
 use std::process::ExitCode;
+use trisect::input;
 use trisect::output::exposure::{Automatic, Exposure};
 use trisect::render::Settings;
 use trisect::view::ViewOptions;
@@ -59,7 +60,10 @@ pub fn run(arguments: &ViewArgs) -> Result<ExitCode, Error> {
     arguments.history().check()?;
     arguments.denoise.live_filter(DenoiseArg::Svgf)?;
     let outputs = headless::check(arguments)?;
-    let mut session = Session::open(&arguments.job, &outputs)?;
+    // A window reads its files again when they change, and names what is picked.
+    input::record();
+    let job = JobArgs { needs_names: !arguments.headless, ..arguments.job.clone() };
+    let mut session = Session::open(&job, &outputs)?;
     let mut look = look(arguments, &session.settings)?;
     session.settings = look.settings.clone();
     session.notes.iter().for_each(|note| eprint(note));

@@ -21,7 +21,10 @@ pub struct Keys {
     pub compare: bool,
     pub panel: bool,
     pub save_image: bool,
+    pub save_radiance: bool,
     pub save_camera: bool,
+    pub help: bool,
+    pub next_layer: bool,
 }
 
 /// Moves the camera by the mouse over the image. `scroll` is in points.
@@ -95,7 +98,10 @@ pub fn pressed(input: &InputState, navigator: &mut Navigator) -> Keys {
         compare: key(Key::B),
         panel: key(Key::H),
         save_image: key(Key::I),
+        save_radiance: key(Key::X),
         save_camera: key(Key::C),
+        help: key(Key::Questionmark) || key(Key::F1) || key(Key::Slash) && input.modifiers.shift,
+        next_layer: key(Key::L),
     }
 }
 

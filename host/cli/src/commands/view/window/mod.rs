@@ -1,18 +1,22 @@
 //! `trisect view` in a window: winit for events, egui for the controls, a thread that renders.
 
 mod graph;
+mod help;
 mod input;
 mod layout;
+mod opened;
 mod output;
 mod panel;
+mod picked;
 mod save;
 mod worker;
 
 use super::Session;
-use crate::cli::ViewArgs;
+use crate::cli::{JobArgs, ViewArgs};
 use egui::{Color32, ColorImage, Sense, TextureHandle, TextureOptions};
 use graph::Graph;
 use layout::{Layout, controls, window_size};
+use opened::{Opened, SceneFiles};
 use output::Output;
 use panel::{DeviceChoice, Pressed, State};
 use std::process::ExitCode;
@@ -20,15 +24,15 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 use trisect::device::Choice;
 use trisect::device::{self, BackendError};
-use trisect::scene::Rebase;
-use trisect::view::{FrameTiming, MOVING_FPS, Navigator, ViewOptions};
+use trisect::scene::{CameraPose, Rebase};
+use trisect::view::{FrameTiming, Layer, MOVING_FPS, Navigator, ViewOptions};
 use trisect_lab::Error;
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
 use winit::event::{StartCause, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
 use winit::window::{Window, WindowId};
-use worker::{Frame, ViewRequest, Worker};
+use worker::{Frame, Picked, Task, ViewRequest, Worker};
 
 /// Time between two steps of a camera that a key moves.
 const STEP: Duration = Duration::from_millis(10);
@@ -54,18 +58,21 @@ pub fn run(arguments: &ViewArgs, session: Session, look: ViewOptions) -> Result<
     let event_loop = EventLoop::<UpdateReady>::with_user_event().build().map_err(|error| refused(&error))?;
     let proxy = event_loop.create_proxy();
     let navigator = Navigator::new(*session.renderer.pose());
-    let (job, space, scene) = (arguments.job.clone(), session.space, session.name.clone());
+    let job = JobArgs { needs_names: true, ..arguments.job.clone() };
+    let (space, scene) = (session.space, session.name.clone());
     let is_fixed = job.resolution.is_some() || job.width.is_some() || job.height.is_some();
     let resolution = is_fixed.then_some((look.settings.width, look.settings.height));
     let backend = (job.backend, job.device, 0);
     let moving_fps = arguments.moving_fps.unwrap_or(MOVING_FPS);
     let pose = navigator.pose();
-    let wish = ViewRequest { look: look.clone(), pose, moving: false, moving_fps, backend, stop: false };
-    let worker = Worker::start(session, job, wish, move || {
+    let (look_first, layer) = (look.clone(), None);
+    let wish = ViewRequest { look: look_first, pose, moving: false, moving_fps, layer, backend, stop: false };
+    let files = SceneFiles::of(&session, arguments.exposure.is_none());
+    let worker = Worker::start((session, files), job, wish, move || {
         let _ = proxy.send_event(UpdateReady);
     })?;
     let mut app = App {
-        arguments,
+        job: arguments.job.clone(),
         space,
         scene,
         look,
@@ -83,6 +90,9 @@ pub fn run(arguments: &ViewArgs, session: Session, look: ViewOptions) -> Result<
         message: String::new(),
         error: String::new(),
         panel: true,
+        layer,
+        help: false,
+        picked: None,
         last: Instant::now(),
         held: false,
         dragged: false,
@@ -93,6 +103,20 @@ pub fn run(arguments: &ViewArgs, session: Session, look: ViewOptions) -> Result<
     match app.failed {
         Some(failed) => Err(refused(&failed).into()),
         None => Ok(ExitCode::SUCCESS),
+    }
+}
+
+/// Returns the title of a window that shows a scene.
+fn title(scene: &str) -> String {
+    format!("Trisect: {scene}")
+}
+
+/// Returns the layer after this one; `None` is the image.
+fn next_layer(layer: Option<Layer>) -> Option<Layer> {
+    let all = || Layer::ALL.into_iter().map(|(_, layer)| layer);
+    match layer {
+        None => all().next(),
+        Some(_) => all().skip_while(|of| Some(*of) != layer).nth(1),
     }
 }
 
@@ -116,8 +140,9 @@ struct Open {
     context: egui::Context,
 }
 
-struct App<'a> {
-    arguments: &'a ViewArgs,
+struct App {
+    /// Scene that is shown, with the options with which it was read.
+    job: JobArgs,
     space: Rebase,
     scene: String,
     look: ViewOptions,
@@ -137,6 +162,13 @@ struct App<'a> {
     message: String,
     error: String,
     panel: bool,
+    /// Layer that is shown in place of the image.
+    layer: Option<Layer>,
+    /// True if the help on keys is shown.
+    help: bool,
+    /// Surface that was picked, once it is known, its place in the image (as shares of its size),
+    /// and the camera then.
+    picked: Option<(Option<Picked>, egui::Vec2, CameraPose)>,
     last: Instant,
     /// True while a key moves the camera.
     held: bool,
@@ -147,7 +179,7 @@ struct App<'a> {
     failed: Option<String>,
 }
 
-impl ApplicationHandler<UpdateReady> for App<'_> {
+impl ApplicationHandler<UpdateReady> for App {
     fn new_events(&mut self, event_loop: &ActiveEventLoop, cause: StartCause) {
         let (StartCause::ResumeTimeReached { .. }, Some(open)) = (cause, &self.window) else { return };
         if !self.held {
@@ -169,8 +201,8 @@ impl ApplicationHandler<UpdateReady> for App<'_> {
             let resolution = (self.look.settings.width, self.look.settings.height);
             let (width, height) = window_size(resolution, screen, scale_factor);
             let size = PhysicalSize::new(width, height);
-            let title = format!("Trisect: {}", self.scene);
-            let attributes = Window::default_attributes().with_title(title).with_inner_size(size);
+            let attributes =
+                Window::default_attributes().with_title(title(&self.scene)).with_inner_size(size);
             match event_loop.create_window(attributes) {
                 Ok(window) => self.open(event_loop, Arc::new(window)),
                 Err(error) => self.fail(event_loop, error.to_string()),
@@ -188,6 +220,15 @@ impl ApplicationHandler<UpdateReady> for App<'_> {
             self.frame = Some(frame);
             self.texture = None;
             self.error.clear();
+        }
+        if let (Some(picked), Some((known, ..))) = (news.picked, &mut self.picked) {
+            *known = Some(picked);
+        }
+        if let Some(message) = news.message {
+            self.message = message;
+        }
+        if let Some(opened) = news.opened {
+            self.take(opened);
         }
         if let Some(device) = news.device {
             self.device = device;
@@ -213,13 +254,14 @@ impl ApplicationHandler<UpdateReady> for App<'_> {
         }
         match event {
             WindowEvent::CloseRequested => event_loop.exit(),
+            WindowEvent::DroppedFile(path) => self.worker.give(Task::Open(path)),
             WindowEvent::RedrawRequested => self.redraw(event_loop),
             _ => {}
         }
     }
 }
 
-impl App<'_> {
+impl App {
     fn fail(&mut self, event_loop: &ActiveEventLoop, message: String) {
         self.failed = Some(message);
         event_loop.exit();
@@ -278,6 +320,27 @@ impl App<'_> {
         }
     }
 
+    /// Shows a scene that was opened.
+    fn take(&mut self, opened: Opened) {
+        self.message = match self.job.scene == opened.job.scene {
+            true => format!("read {} again", opened.name),
+            false => format!("opened {}", opened.name),
+        };
+        (self.job, self.space, self.scene) = (opened.job, opened.space, opened.name);
+        if let Some(camera) = opened.camera {
+            let mode = self.navigator.mode;
+            self.navigator = Navigator::new(camera);
+            self.navigator.mode = mode;
+        }
+        if let Some(stops) = opened.stops {
+            self.look.screen.stops = stops;
+        }
+        (self.picked, self.error) = (None, String::new());
+        if let Some(open) = &self.window {
+            open.window.set_title(&title(&self.scene));
+        }
+    }
+
     /// Asks the worker for a frame of the current options and pose.
     fn request(&self) {
         self.worker.request(&ViewRequest {
@@ -285,6 +348,7 @@ impl App<'_> {
             pose: self.navigator.pose(),
             moving: self.held || self.dragged,
             moving_fps: self.moving_fps,
+            layer: self.layer,
             backend: self.backend,
             stop: false,
         });
@@ -312,9 +376,15 @@ impl App<'_> {
             self.step(|held| ui.input(held));
             let keys = ui.input(|input| input::pressed(input, &mut self.navigator));
             // Escape leaves a field or closes a list, which egui does; only without both it quits.
-            quit = keys.quit && !was_typing && !egui::Popup::is_any_open(ui.ctx());
+            let closes = keys.quit && !was_typing && !egui::Popup::is_any_open(ui.ctx());
+            quit = closes && !self.help;
+            self.help = (self.help && !closes) ^ keys.help;
             self.panel ^= keys.panel;
             (pressed.save_image, pressed.save_camera) = (keys.save_image, keys.save_camera);
+            pressed.save_radiance = keys.save_radiance;
+            if keys.next_layer {
+                self.layer = next_layer(self.layer);
+            }
             if keys.compare {
                 let screen = &mut self.look.screen;
                 screen.split = if screen.split > 0.0 { 0.0 } else { 0.5 };
@@ -332,6 +402,8 @@ impl App<'_> {
                 scene: &self.scene,
                 device: &self.device,
                 timing: shot,
+                layer: &mut self.layer,
+                range: self.frame.as_ref().and_then(|frame| frame.range),
                 graph: &self.graph,
                 message: &self.message,
                 error: &self.error,
@@ -339,16 +411,21 @@ impl App<'_> {
             let buttons = controls(ui, place, |ui| panel::show(ui, &mut state));
             pressed.save_image |= buttons.save_image;
             pressed.save_camera |= buttons.save_camera;
+            pressed.save_radiance |= buttons.save_radiance;
+            self.help ^= buttons.help;
         }
         self.image(ui, &layout);
-        let path = self.arguments.job.scene.as_deref();
+        help::show(ui.ctx(), &mut self.help);
+        if pressed.save_radiance {
+            self.worker.give(Task::SaveRadiance);
+        }
+        let path = self.job.scene.as_deref();
         if let (true, Some(frame)) = (pressed.save_image, &self.frame) {
             self.message = save::image(path, frame.timing.size, &frame.pixels);
         }
         if pressed.save_camera {
-            let job = &self.arguments.job;
             let pose = self.space.camera_of(&self.navigator.pose());
-            self.message = save::camera(job, &pose);
+            self.message = save::camera(&self.job, &pose);
         }
         quit
     }
@@ -369,6 +446,20 @@ impl App<'_> {
         let response = ui.interact(area, ui.scope_id().with("image"), Sense::click_and_drag());
         let (scroll, shift) = ui.input(|input| (input.smooth_scroll_delta.y, input.modifiers.shift));
         self.dragged = response.dragged();
+        if let (true, Some(at)) = (response.clicked(), response.interact_pointer_pos()) {
+            let share = (at - place.min) / place.size();
+            let is_inside = place.contains(at);
+            self.picked = is_inside.then(|| (None, share, self.navigator.pose()));
+            if is_inside {
+                self.worker.give(Task::Pick(f64::from(share.x), f64::from(share.y)));
+            }
+        }
+        match &self.picked {
+            Some((Some(picked), share, pose)) if *pose == self.navigator.pose() => {
+                picked::show(ui.ctx(), ui.painter(), place.min + *share * place.size(), picked);
+            }
+            _ => {}
+        }
         input::mouse(&response, scroll, shift, &mut self.navigator);
     }
 }

@@ -5,7 +5,7 @@ use egui::{ComboBox, Label, RichText, Slider, SliderClamping, Ui};
 use trisect::denoise::{DenoiseSettings, Filter, LEVELS, TemporalSettings};
 use trisect::device;
 use trisect::render::DisplayOptions;
-use trisect::view::{FrameTiming, MIN_SCALE, NavigationMode, Navigator, ViewOptions};
+use trisect::view::{FrameTiming, Layer, MIN_SCALE, NavigationMode, Navigator, ViewOptions};
 
 /// Maximum samples per pixel of a frame on the slider; below those of a chunk, which is the limit.
 const MAX_SAMPLES: u32 = 64;
@@ -18,6 +18,10 @@ pub type DeviceChoice = (String, device::Choice, Option<usize>);
 pub struct Pressed {
     /// Write the image to a file.
     pub save_image: bool,
+    /// Write its radiance to a file.
+    pub save_radiance: bool,
+    /// Show the help on keys, or hide it.
+    pub help: bool,
     /// Write the camera into a scene file.
     pub save_camera: bool,
 }
@@ -34,6 +38,9 @@ pub struct State<'a> {
     pub scene: &'a str,
     pub device: &'a str,
     pub timing: Option<&'a FrameTiming>,
+    /// Layer that is shown in place of the image, and its range.
+    pub layer: &'a mut Option<Layer>,
+    pub range: Option<[f64; 2]>,
     pub graph: &'a Graph,
     pub message: &'a str,
     pub error: &'a str,
@@ -64,11 +71,14 @@ pub fn show(ui: &mut Ui, state: &mut State) -> Pressed {
     );
     unbounded(ui, &mut history.clamp, 0.1..=10.0, TemporalSettings::DEFAULT.clamp, "history, clamp");
     ui.separator();
+    layer(ui, state.layer, state.range);
     shown(ui, screen);
     camera(ui, state.navigator);
     ui.horizontal(|ui| {
         pressed.save_image = ui.button("Save image").clicked();
+        pressed.save_radiance = ui.button("Save .exr").clicked();
         pressed.save_camera = ui.button("Save camera").clicked();
+        pressed.help = ui.button("?").on_hover_text("keys").clicked();
     });
     if !state.message.is_empty() {
         ui.label(state.message);
@@ -139,6 +149,30 @@ fn unbounded(ui: &mut Ui, value: &mut f32, range: std::ops::RangeInclusive<f32>,
             ui.add(Slider::new(value, range).logarithmic(true).text(name));
         } else {
             ui.label(format!("{name}: no stop"));
+        }
+    });
+}
+
+/// Name of the image among the layers.
+const IMAGE: &str = "image";
+
+fn layer(ui: &mut Ui, layer: &mut Option<Layer>, range: Option<[f64; 2]>) {
+    ui.horizontal(|ui| {
+        let name = |of: Option<Layer>| Layer::ALL.iter().find(|(_, all)| Some(*all) == of);
+        let selected = name(*layer).map_or(IMAGE, |(name, _)| name);
+        ComboBox::from_label("shown").selected_text(selected).show_ui(ui, |ui| {
+            ui.selectable_value(layer, None, IMAGE);
+            for (name, of) in Layer::ALL {
+                ui.selectable_value(layer, Some(of), name);
+            }
+        });
+        if let (Some(of), Some([low, high])) = (*layer, range) {
+            let number = |value: f64| match of {
+                Layer::Noise => format!("{:.1} %", 100.0 * value),
+                Layer::Rays | Layer::Nodes => format!("{value:.1}"),
+                _ => format!("{value:.3e}"),
+            };
+            ui.label(RichText::new(format!("{} to {}", number(low), number(high))).small());
         }
     });
 }

@@ -1,8 +1,10 @@
-//! Files that the window writes: the image, and a copy of the scene with its camera.
+//! Files that the window writes: the image, its radiance, and a copy of the scene with its camera.
 
 use crate::cli::JobArgs;
 use crate::terminal::with_options;
 use std::path::{Path, PathBuf};
+use trisect::image::Image;
+use trisect::output::{Encoding, Metadata, Picture};
 use trisect::precision::{self, Change};
 use trisect::scene::{CameraPose, SceneDocument};
 
@@ -22,6 +24,25 @@ pub fn image(scene: Option<&Path>, size: (u32, u32), pixels: &[u32]) -> String {
         return "there are 9,999 images of this scene here; move them".to_owned();
     };
     match super::super::headless::write(&path, size, pixels) {
+        Ok(()) => format!("wrote {}", path.display()),
+        Err(error) => error.to_string(),
+    }
+}
+
+/// Writes the radiance of an image to the current folder. Returns a message with its path, or with
+/// the error.
+pub fn radiance(scene: Option<&Path>, image: Result<Option<Image>, trisect::Error>) -> String {
+    let image = match image {
+        Ok(Some(image)) => image,
+        Ok(None) => return "there is no image yet".to_owned(),
+        Err(error) => return error.to_string(),
+    };
+    let Some(path) = free(Path::new("."), &stem(scene), "exr") else {
+        return "there are 9,999 images of this scene here; move them".to_owned();
+    };
+    let software = Some(format!("Trisect {}", env!("CARGO_PKG_VERSION")));
+    let metadata = Metadata { software, ..Metadata::default() };
+    match Picture::from(&image).write(&path, &Encoding { metadata, ..Encoding::default() }) {
         Ok(()) => format!("wrote {}", path.display()),
         Err(error) => error.to_string(),
     }

@@ -2,15 +2,18 @@
 //! takes.
 
 use super::super::super::Session;
+use super::opened::{LOOK, Opened, SceneFiles};
+use super::save;
 use crate::cli::JobArgs;
+use std::path::PathBuf;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use trisect::device::Choice;
 use trisect::output::Outputs;
-use trisect::scene::{CameraPose, Rebase};
+use trisect::scene::{CameraPose, PartName, Rebase};
 use trisect::threads::{self, ThreadError};
-use trisect::view::{FrameTiming, Pace, ViewOptions, Viewer};
+use trisect::view::{FrameTiming, Layer, Pace, Pick, ViewOptions, Viewer};
 
 /// Request of the window for frames.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,11 +26,27 @@ pub struct ViewRequest {
     pub moving: bool,
     /// Frames a second to keep while the camera moves; 0: at any resolution.
     pub moving_fps: f64,
+    /// Layer to show in place of the image.
+    pub layer: Option<Layer>,
     /// Backend, device index, and a number; if the number changes, the device is opened again.
     pub backend: (Choice, Option<usize>, u32),
     /// True if the thread should end.
     pub stop: bool,
 }
+
+/// Work besides frames.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Task {
+    /// Tell what a point of the image shows, as shares of its width and height.
+    Pick(f64, f64),
+    /// Write the image of the last frame to an .exr.
+    SaveRadiance,
+    /// Show another scene or model.
+    Open(PathBuf),
+}
+
+/// Surface at a point of the image, with the names of its object and material; `None` for the sky.
+pub type Picked = Option<(Pick, PartName)>;
 
 /// Maximum time that a frame waits for the next pose of a moving camera. After that the camera is
 /// at rest, though a key or button is held.
@@ -39,6 +58,8 @@ pub struct Frame {
     pub pixels: Vec<u32>,
     /// Size and times of the frame.
     pub timing: FrameTiming,
+    /// Values of the first and the last colour, for a layer of numbers.
+    pub range: Option<[f64; 2]>,
 }
 
 /// News of the worker since the last update.
@@ -48,12 +69,19 @@ pub struct WorkerUpdate {
     pub frame: Option<Frame>,
     /// Name of the device in use, if it changed.
     pub device: Option<String>,
-    /// Error for which there are no frames.
+    /// Error for which there are no frames, or no other scene.
     pub error: Option<String>,
+    /// Surface that was picked.
+    pub picked: Option<Picked>,
+    /// Message about a file that was written.
+    pub message: Option<String>,
+    /// Scene that is shown from now on.
+    pub opened: Option<Opened>,
 }
 
 struct Shared {
     request: Mutex<ViewRequest>,
+    tasks: Mutex<Vec<Task>>,
     changed: Condvar,
     update: Mutex<WorkerUpdate>,
 }
@@ -71,22 +99,33 @@ pub struct Worker {
 impl Worker {
     /// Starts the thread with an open scene. It calls `wake` for each update.
     pub fn start(
-        session: Session,
+        (session, files): (Session, SceneFiles),
         job: JobArgs,
         wish: ViewRequest,
         wake: impl Fn() + Send + 'static,
     ) -> Result<Self, ThreadError> {
         let shared = Arc::new(Shared {
             request: Mutex::new(wish.clone()),
+            tasks: Mutex::default(),
             changed: Condvar::new(),
             update: Mutex::new(WorkerUpdate { device: Some(device(&session)), ..WorkerUpdate::default() }),
         });
         let its = shared.clone();
         let thread = threads::spawn("thread that renders", move || {
-            let backend = wish.backend;
-            let (space, pace) = (session.space, Pace::new(wish.moving_fps));
-            let last = None;
-            RenderLoop { shared: its, job, wake, backend, space, pace, last }.run(Some(viewer(session)));
+            let (space, names) = (session.space, session.names.clone());
+            let its = RenderLoop {
+                shared: its,
+                job,
+                wake,
+                backend: wish.backend,
+                space,
+                names,
+                files,
+                pace: Pace::new(wish.moving_fps),
+                last: None,
+                shown: None,
+            };
+            its.run(Some(viewer(session)));
         })?;
         Ok(Self { shared, thread: Some(thread) })
     }
@@ -98,6 +137,14 @@ impl Worker {
             is.clone_from(wish);
             self.shared.changed.notify_one();
         }
+    }
+
+    /// Gives the thread a task.
+    pub fn give(&self, task: Task) {
+        lock(&self.shared.tasks).push(task);
+        // The lock keeps the thread from missing the notice between its look and its wait.
+        let _request = lock(&self.shared.request);
+        self.shared.changed.notify_one();
     }
 
     /// Returns what is new since the last call.
@@ -132,9 +179,14 @@ struct RenderLoop<W> {
     /// Backend, device index and number of the last request that a viewer was opened for.
     backend: (Choice, Option<usize>, u32),
     space: Rebase,
+    /// Names of the scene's objects.
+    names: Vec<PartName>,
+    files: SceneFiles,
     pace: Pace,
     /// Pose of the last frame, and when it was done.
     last: Option<(CameraPose, Instant)>,
+    /// Layer of the last frame.
+    shown: Option<Layer>,
 }
 
 impl<W: Fn()> RenderLoop<W> {
@@ -142,28 +194,26 @@ impl<W: Fn()> RenderLoop<W> {
         // The request that failed last; the same one is not tried again.
         let mut failed: Option<ViewRequest> = None;
         loop {
-            let wish = {
-                let mut wish = lock(&self.shared.request);
-                loop {
-                    let rests =
-                        viewer.as_ref().is_some_and(|viewer| viewer.is_converged(&wish.look, &wish.pose));
-                    let idle = rests && wish.backend == self.backend || failed.as_ref() == Some(&*wish);
-                    let wait = if idle { None } else { self.wait_for_pose(&wish) };
-                    if wish.stop || !idle && wait.is_none() {
-                        break;
-                    }
-                    let changed = &self.shared.changed;
-                    wish = match wait {
-                        Some(time) => {
-                            changed.wait_timeout(wish, time).unwrap_or_else(PoisonError::into_inner).0
-                        }
-                        None => changed.wait(wish).unwrap_or_else(PoisonError::into_inner),
-                    };
-                }
-                wish.clone()
-            };
+            let wish = self.next_wish(viewer.as_ref(), failed.as_ref());
             if wish.stop {
                 return;
+            }
+            let tasks = std::mem::take(&mut *lock(&self.shared.tasks));
+            let changed = self.files.have_changed();
+            if changed || !tasks.is_empty() {
+                let reload = changed.then_some(None).into_iter();
+                for task in reload.chain(tasks.into_iter().map(Some)) {
+                    self.fulfil(task, &mut viewer, &wish);
+                }
+                if viewer.is_some() {
+                    failed = None;
+                }
+                (self.wake)();
+                // A scene that was opened has another camera, which the next request brings.
+                continue;
+            }
+            if self.is_idle(viewer.as_ref(), failed.as_ref(), &wish) {
+                continue;
             }
             if wish.backend != self.backend {
                 self.backend = wish.backend;
@@ -188,6 +238,77 @@ impl<W: Fn()> RenderLoop<W> {
         }
     }
 
+    /// Returns whether there is nothing to render for a request.
+    fn is_idle(&self, viewer: Option<&Viewer>, failed: Option<&ViewRequest>, wish: &ViewRequest) -> bool {
+        let rests = viewer.is_some_and(|viewer| viewer.is_converged(&wish.look, &wish.pose));
+        rests && wish.backend == self.backend && wish.layer == self.shown || failed == Some(wish)
+    }
+
+    /// Waits for a request to render, for tasks, or for the time to look at the files, and returns
+    /// the request.
+    fn next_wish(&self, viewer: Option<&Viewer>, failed: Option<&ViewRequest>) -> ViewRequest {
+        let start = Instant::now();
+        let mut wish = lock(&self.shared.request);
+        loop {
+            let idle = self.is_idle(viewer, failed, &wish);
+            let wait = if idle { LOOK.checked_sub(start.elapsed()) } else { self.wait_for_pose(&wish) };
+            let Some(time) = wait.filter(|_| !wish.stop && lock(&self.shared.tasks).is_empty()) else {
+                return wish.clone();
+            };
+            let changed = &self.shared.changed;
+            wish = changed.wait_timeout(wish, time).unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+
+    /// Does a task, or reads the scene again for `None`.
+    fn fulfil(&mut self, task: Option<Task>, viewer: &mut Option<Viewer>, wish: &ViewRequest) {
+        let job = match &task {
+            None => Some(self.job.clone()),
+            Some(Task::Open(path)) => Some(self.job.of_scene(path.clone())),
+            Some(Task::Pick(..) | Task::SaveRadiance) => None,
+        };
+        if let Some(job) = job {
+            let (backend, device, _) = wish.backend;
+            let (job, is_same) = (JobArgs { backend, device, ..job }, task.is_none());
+            match self.files.open(&job, &wish.look, is_same) {
+                Ok((session, opened)) => {
+                    (self.space, self.names, self.job) = (session.space, session.names.clone(), job);
+                    *viewer = Some(self::viewer(session));
+                    lock(&self.shared.update).opened = Some(opened);
+                }
+                Err(error) => lock(&self.shared.update).error = Some(error.to_string()),
+            }
+            return;
+        }
+        let Some(viewer) = viewer else { return };
+        match task {
+            Some(Task::Pick(x, y)) => match self.pick(viewer, (x, y)) {
+                Ok(picked) => lock(&self.shared.update).picked = Some(picked),
+                Err(error) => lock(&self.shared.update).error = Some(error),
+            },
+            Some(Task::SaveRadiance) => {
+                let path = self.job.scene.as_deref();
+                let message = save::radiance(path, viewer.image());
+                lock(&self.shared.update).message = Some(message);
+            }
+            None | Some(Task::Open(_)) => {}
+        }
+    }
+
+    /// Returns what a point of the last frame shows, in the scene's own units.
+    fn pick(&self, viewer: &mut Viewer, (x, y): (f64, f64)) -> Result<Picked, String> {
+        let Some((width, height)) = viewer.size() else { return Ok(None) };
+        let place = |share: f64, pixels: u32| (share * f64::from(pixels)) as u32;
+        let picked = viewer.pick((place(x, width), place(y, height))).map_err(|error| error.to_string())?;
+        let unnamed = || PartName { object: "?".to_owned(), material: "?".to_owned() };
+        Ok(picked.map(|pick| {
+            let name = self.names.get((pick.object as usize).wrapping_sub(1)).cloned();
+            let position = pick.position / self.space.scale + self.space.origin;
+            let depth = pick.depth / self.space.scale;
+            (Pick { position, depth, ..pick }, name.unwrap_or_else(unnamed))
+        }))
+    }
+
     /// Returns how long to wait for the next pose: a frame of the last one would be out of date
     /// when it is done. `None`: there is nothing to wait for.
     fn wait_for_pose(&self, wish: &ViewRequest) -> Option<Duration> {
@@ -205,6 +326,7 @@ impl<W: Fn()> RenderLoop<W> {
                 if session.space != self.space {
                     return Err("`space` of the scene file changed; start the viewer again".to_owned());
                 }
+                self.names.clone_from(&session.names);
                 lock(&self.shared.update).device = Some(device(&session));
                 viewer.insert(self::viewer(session))
             }
@@ -212,9 +334,27 @@ impl<W: Fn()> RenderLoop<W> {
         self.pace.set_goal(wish.moving_fps);
         let look = ViewOptions { scale: self.pace.scale(&wish.look, &wish.pose), ..wish.look.clone() };
         let mut pixels = Vec::new();
-        let shot = open.frame(&look, &wish.pose, &mut pixels).map_err(|error| error.to_string())?;
-        self.pace.learn(look.scale, shot.whole.as_secs_f64());
-        self.last = Some((wish.pose, Instant::now()));
-        Ok(Frame { pixels, timing: shot })
+        // A finished image stays as it is, whatever layer of it is shown.
+        let kept = match open.is_converged(&wish.look, &wish.pose) {
+            true => open.show_again(&mut pixels).map_err(|error| error.to_string())?,
+            false => None,
+        };
+        let shot = match kept {
+            Some(shot) => shot,
+            None => {
+                let shot = open.frame(&look, &wish.pose, &mut pixels).map_err(|error| error.to_string())?;
+                self.pace.learn(look.scale, shot.whole.as_secs_f64());
+                self.last = Some((wish.pose, Instant::now()));
+                shot
+            }
+        };
+        self.shown = wish.layer;
+        let mut range = None;
+        if let Some(layer) = wish.layer
+            && let Some(picture) = open.layer(layer, &self.names).map_err(|error| error.to_string())?
+        {
+            (pixels, range) = (picture.pixels, picture.range);
+        }
+        Ok(Frame { pixels, timing: shot, range })
     }
 }

@@ -1,153 +1,9 @@
-//! The viewer in a real X server: input by keyboard and mouse, and what the window then shows.
-#![cfg(target_os = "linux")]
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
+//! Keys, mouse, sizes and rest of the window.
 
-use std::collections::HashSet;
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
+use super::*;
 use trisect::image::Image;
 use trisect::scene::Scene;
-use trisect_tests::desktop::{Capture, Desktop};
-use trisect_tests::program::folder;
-use trisect_tests::{BackendUnderTest, binary, root};
-use x11rb::protocol::xproto::Window;
-
-// Key symbols (X11/keysymdef.h).
-const ESCAPE: u32 = 0xff1b;
-const RIGHT: u32 = 0xff53;
-
-/// Returns the key symbol of a letter.
-fn letter(c: char) -> u32 {
-    u32::from(c)
-}
-
-/// Number of the window's columns that show the image; the rest are controls.
-const IMAGE: usize = 400;
-
-/// Time limit for a single step, which a software adapter may need.
-const LIMIT: Duration = Duration::from_secs(60);
-
-struct Viewer {
-    desktop: Desktop,
-    program: Child,
-    window: Window,
-    folder: PathBuf,
-}
-
-impl Drop for Viewer {
-    fn drop(&mut self) {
-        let _ = self.program.kill();
-        let _ = self.program.wait();
-    }
-}
-
-impl Viewer {
-    /// Opens a copy of the book's scene. `None`, with a message, where no X server is installed and
-    /// none is required.
-    fn open(name: &str, arguments: &[&str]) -> Option<Self> {
-        Self::on((1000, 700), name, &[&["--height", "620"], arguments].concat())
-    }
-
-    /// Opens a copy of the book's scene on a screen of this size.
-    fn on(screen: (u32, u32), name: &str, arguments: &[&str]) -> Option<Self> {
-        let desktop = Desktop::start(screen.0, screen.1).map_err(|error| error.to_string());
-        if let Err(error) = &desktop {
-            // A window needs a Vulkan adapter, so a screen is required where wgpu is.
-            let required = std::env::var("REQUIRE_BACKENDS").unwrap_or_default();
-            assert!(!required.contains("wgpu"), "Xvfb: {error}; install it (Debian: xvfb)");
-            eprintln!("SKIPPED: Xvfb: {error}");
-            return None;
-        }
-        let desktop = desktop.unwrap();
-        let folder = folder("viewer", name);
-        let scene = folder.join("book.ron");
-        std::fs::copy(root().join("scenes/rtiow_final.ron"), &scene).unwrap();
-        let log = std::fs::File::create(folder.join("log.txt")).unwrap();
-        let program = Command::new(binary())
-            .args(["view", "book.ron"])
-            .args(arguments)
-            .current_dir(&folder)
-            .env("DISPLAY", &desktop.name)
-            .env("XDG_RUNTIME_DIR", &folder)
-            .env_remove("WAYLAND_DISPLAY")
-            .stderr(Stdio::from(log))
-            .spawn()
-            .unwrap();
-        let mut viewer = Self { desktop, program, window: 0, folder };
-        match viewer.desktop.window("Trisect", LIMIT) {
-            Ok(window) => viewer.window = window,
-            Err(error) => panic!("{error}: {}", viewer.log()),
-        }
-        viewer.desktop.focus(viewer.window).unwrap();
-        Some(viewer)
-    }
-
-    fn log(&self) -> String {
-        std::fs::read_to_string(self.folder.join("log.txt")).unwrap_or_default()
-    }
-
-    /// Waits until the window is at rest, shows more than a few colours, and `good` accepts it.
-    fn until(&mut self, what: &str, good: impl Fn(&Capture) -> bool) -> Capture {
-        let settled =
-            self.desktop.settled(self.window, LIMIT, |capture| colours(capture) > 300 && good(capture));
-        let ended = self.program.try_wait().unwrap();
-        match settled {
-            Ok(capture) => capture,
-            Err(error) => panic!("{what}: {error}; ended: {ended:?}; {}", self.log()),
-        }
-    }
-
-    fn key(&mut self, symbol: u32, milliseconds: u64) {
-        self.desktop.key(symbol, Duration::from_millis(milliseconds)).unwrap();
-    }
-
-    /// Returns the processor time of the program so far, in clock ticks of 10 ms.
-    fn ticks(&self) -> u64 {
-        let stat = std::fs::read_to_string(format!("/proc/{}/stat", self.program.id())).unwrap();
-        // User and system time are fields 14 and 15; the second may contain spaces.
-        let fields: Vec<&str> = stat.rsplit_once(')').unwrap().1.split_whitespace().collect();
-        fields[11].parse::<u64>().unwrap() + fields[12].parse::<u64>().unwrap()
-    }
-
-    /// Waits for a file that the program writes, and returns its path.
-    fn written(&self, extension: &str) -> PathBuf {
-        let path = self.folder.join(format!("book-view-1.{extension}"));
-        let start = Instant::now();
-        while !path.exists() {
-            assert!(start.elapsed() < LIMIT, "no .{extension} was written: {}", self.log());
-            std::thread::sleep(Duration::from_millis(50));
-        }
-        std::thread::sleep(Duration::from_millis(300)); // until it is complete
-        path
-    }
-
-    /// Presses Escape and waits for the end of the program.
-    fn quit(&mut self) {
-        self.desktop.key(ESCAPE, Duration::from_millis(30)).unwrap();
-        let start = Instant::now();
-        while start.elapsed() < LIMIT {
-            if let Some(status) = self.program.try_wait().unwrap() {
-                assert!(status.success(), "{status}: {}", self.log());
-                assert!(!self.log().contains("panicked"), "{}", self.log());
-                return;
-            }
-            std::thread::sleep(Duration::from_millis(50));
-        }
-        panic!("Escape does not end the program");
-    }
-}
-
-/// Returns the number of colours in the left third of the window, which shows the image.
-fn colours(capture: &Capture) -> usize {
-    let rows = capture.pixels.chunks(capture.width.max(1));
-    let all: HashSet<[u8; 3]> = rows.flat_map(|row| row.iter().take(capture.width / 3)).copied().collect();
-    all.len()
-}
-
-// Mean difference of codes that is above the noise of other samples, and one that is not.
-const MOVED: f64 = 9.0;
-const SAME: f64 = 5.0;
+use trisect_tests::BackendUnderTest;
 
 /// Keys and mouse move the camera, and R resets it. B compares, H hides the controls, I and C write
 /// files.
@@ -306,16 +162,37 @@ fn frames_of_wgpu() {
     viewer.quit();
 }
 
-/// Makes the picture of docs/how-to/denoise.md: `cargo test --release -p trisect-tests --test
-/// program viewer -- --ignored`.
+/// Makes docs/viewer.png, and the pictures of layers and of a pick in docs/tutorial: `cargo test
+/// --release -p trisect-tests --test program viewer -- --ignored`.
 #[test]
-#[ignore = "makes docs/viewer.png, which a run of the tests must not change, and checks nothing: the tests above do"]
-fn screenshot() {
-    let arguments =
-        ["--backend", "cpu", "--enough", "4", "--split", "0.35", "--depth", "12", "--width", "640"];
-    let Some(mut viewer) = Viewer::open("screenshot", &arguments) else { return };
+#[ignore = "makes pictures of docs, which a run of the tests must not change, and checks nothing: the tests above do"]
+fn screenshots() {
+    let common = ["--backend", "cpu", "--enough", "8", "--depth", "12"];
+    let split = [&common[..], &["--split", "0.35", "--width", "640"]].concat();
+    let Some(mut viewer) = Viewer::open("screenshot", &split) else { return };
     let capture = viewer.until("the image", |_| true);
     save(&capture, &root().join("docs/viewer.png"));
+    viewer.quit();
+    let size = [&common[..], &["--resolution", "640x480"]].concat();
+    let mut viewer = Viewer::on((980, 480), "pictures", &size).unwrap();
+    let pictures = root().join("docs/tutorial/pictures");
+    viewer.until("the image", |_| true);
+    viewer.desktop.click(1, (330, 200)).unwrap();
+    std::thread::sleep(Duration::from_secs(1));
+    let capture = viewer.until("the label", |_| true);
+    save(&capture, &pictures.join("window-pick.png"));
+    // The eighth layer: nodes.
+    (0..8).for_each(|_| {
+        viewer.key(letter('l'), 30);
+        std::thread::sleep(Duration::from_millis(300));
+    });
+    let capture = viewer.until_any("the layer", |_| true);
+    save(&capture, &pictures.join("window-nodes.png"));
+    viewer.key(letter('?'), 30);
+    std::thread::sleep(Duration::from_secs(1));
+    let capture = viewer.until_any("the keys", |_| true);
+    save(&capture, &pictures.join("window-keys.png"));
+    viewer.key(ESCAPE, 30);
     viewer.quit();
 }
 
@@ -372,12 +249,4 @@ fn without_a_screen() {
     let arguments = ["view"];
     trisect_tests::program::check_failure(&output, &arguments, 3, &["window", "DISPLAY", "--headless"]);
     assert!(!String::from_utf8_lossy(&output.stderr).contains(".rs:"), "a place in someone's source");
-}
-
-/// Writes a capture as a PNG.
-fn save(capture: &Capture, path: &Path) {
-    let decode = |code: u8| trisect::metrics::srgb::decode(f32::from(code) / 255.0);
-    let pixels = capture.pixels.iter().map(|pixel| pixel.map(decode)).collect();
-    let (width, height) = (capture.width as u32, capture.height as u32);
-    trisect::output::write(&Image { width, height, pixels }, path).unwrap();
 }

@@ -1,8 +1,17 @@
-//! The colour map of FLIP's authors for errors: matplotlib's "magma" (N. Smith and S. van der Walt,
-//! 2015; CC0).
+//! Matplotlib's colour map "magma" (N. Smith and S. van der Walt, 2015; CC0).
 
-/// Colours of errors from 0 to 1 in 256 even steps, six hexadecimal digits each.
-pub(super) const TABLE: &str = concat!(
+/// Returns the colour of a value, which is clamped to 0 to 1; black for NaN.
+pub fn color(value: f64) -> [u8; 3] {
+    let place = 6 * (value.clamp(0.0, 1.0) * 255.0).round() as usize;
+    let channel = |c: usize| {
+        let digits = TABLE.get(place + 2 * c..place + 2 * c + 2);
+        digits.and_then(|digits| u8::from_str_radix(digits, 16).ok()).unwrap_or(0)
+    };
+    [channel(0), channel(1), channel(2)]
+}
+
+/// Colours from 0 to 1 in 256 even steps, six hexadecimal digits each.
+const TABLE: &str = concat!(
     "00000401000501010601010802010902020b02020d03030f03031204041405041606051806051a07061c08071e090720",
     "0a08220b09240c09260d0a290e0b2b100b2d110c2f120d31130d34140e36150e38160f3b180f3d19103f1a10421c1044",
     "1d11471e114920114b21114e22115024125325125527125829115a2a115c2c115f2d11612f1163311165331067341069",
@@ -20,3 +29,22 @@ pub(super) const TABLE: &str = concat!(
     "fec488fec68afec88cfeca8dfecc8ffecd90fecf92fed194fed395fed597fed799fed89afdda9cfddc9efddea0fde0a1",
     "fde2a3fde3a5fde5a7fde7a9fde9aafdebacfcecaefceeb0fcf0b2fcf2b4fcf4b6fcf6b8fcf7b9fcf9bbfcfbbdfcfdbf",
 );
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_256_colours_are_there() {
+        assert_eq!(TABLE.len(), 256 * 6);
+        // The ends and the middle of matplotlib's table.
+        assert_eq!([0.0, 0.5, 1.0].map(color), [[0, 0, 4], [183, 55, 121], [252, 253, 191]]);
+        assert_eq!((color(-3.0), color(7.0), color(f64::NAN)), (color(0.0), color(1.0), color(0.0)));
+        // Magma's lightness grows from step to step.
+        let lightness = |step: u32| {
+            let [r, g, b] = color(f64::from(step) / 255.0).map(f64::from);
+            0.2126 * r + 0.7152 * g + 0.0722 * b
+        };
+        assert!((1..256).all(|step| lightness(step) >= lightness(step - 1) - 0.6));
+    }
+}
