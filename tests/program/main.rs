@@ -18,6 +18,7 @@ mod lost_context;
 mod models;
 mod motion;
 mod oidn;
+mod option_forms;
 mod preview;
 mod resources;
 mod scene_fields;
