@@ -61,8 +61,8 @@ fn wrong_cameras_are_refused() {
         (["--camera", "side"], 4, "a.ron: unknown camera \"side\"; available: 0 \"camera\""),
         (["--look-from", "0,0.5,0"], 4, "look_from and look_at are the same point"),
         (["--up", "0,0,0"], 4, "up points along the view (or is zero)"),
-        (["--fov", "0"], 4, "vertical_fov must lie between 0 and 180 degrees"),
-        (["--fov", "180"], 2, "must be 0 or more degrees, and below 180"),
+        (["--fov", "0"], 2, "must be above 0 degrees, and below 180"),
+        (["--fov", "180"], 2, "must be above 0 degrees, and below 180"),
         (["--look-at", "1,2"], 2, "must be three numbers, such as 0,1.5,-3"),
     ] {
         let arguments = ["render", &scene, options[0], options[1]];

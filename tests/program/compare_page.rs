@@ -82,11 +82,11 @@ fn the_page_has_a_place_of_its_own() {
     let file = image(&folder.path("a.exr"), 1.0, 0.5);
     let other = image(&folder.path("b.exr"), 1.0, 0.6);
     let before = fs::read(&file).unwrap();
-    for (html, role) in [(&file, "the image"), (&other, "the reference")] {
+    for html in [&file, &other] {
         let output = trisect(&["compare", &file, &other, "--html", html]);
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(2), "{said}");
-        assert!(said.contains(&format!("--html would overwrite {role}")), "{said}");
+        assert!(said.contains("--html") && said.contains("ends in .html"), "{said}");
     }
     assert_eq!(fs::read(&file).unwrap(), before);
     let missing = folder.path("none/page.html");

@@ -287,7 +287,7 @@ fn several_scenes_have_files_of_their_own() {
         check_failure(&trisect(&arguments), &arguments, 2, &[wanted]);
     }
     let same = ["render", &a, &a, "-o", &name];
-    check_failure(&trisect(&same), &same, 2, &["of_a.png: -o and -o are the same file"]);
+    check_failure(&trisect(&same), &same, 2, &["of_a.png: two scenes have this file for -o"]);
     let piped = ["render", &a, &b, "-o", "-"];
     check_failure(&trisect(&piped), &piped, 2, &["standard output cannot be combined with several scenes"]);
     // One scene may be what a pattern of names gave.

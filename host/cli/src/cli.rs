@@ -15,6 +15,7 @@ mod job;
 mod load;
 mod motion;
 pub mod old_spellings;
+pub mod parse;
 mod preview;
 mod render;
 mod shell;
@@ -49,6 +50,7 @@ pub use view::ViewArgs;
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 use trisect::output::exposure::MAX_STOPS;
+use trisect_lab::tradeoff::MAX_SEEDS;
 
 /// A path tracer whose kernels are written once in Rust and run on the CPU, through wgpu and
 /// through CUDA.
@@ -117,7 +119,7 @@ pub struct CompareArgs {
 
     /// Also write a page with both images under a slider, their difference, FLIP errors, measures
     /// and statistics; it needs no other file (default: none).
-    #[arg(long, value_name = "FILE.html")]
+    #[arg(long, value_name = "FILE.html", value_parser = parse_page)]
     pub html: Option<PathBuf>,
 
     /// Exit with code 5 if relMSE exceeds X, 0 or more, or a pixel of either image is NaN or
@@ -139,25 +141,47 @@ pub struct CheckArgs {
     #[command(flatten)]
     pub load: LoadArgs,
 
+    /// Camera in place of the scene's own; a copy of the scene has it.
+    #[command(flatten)]
+    pub camera: CameraArgs,
+
     /// Form of the result.
     #[command(flatten)]
     pub json: JsonArgs,
 
     /// Write a copy of the scene whose field `space` moves and scales it to where single precision
-    /// has the most digits; the image changes by rounding only. For a model, write a scene that
-    /// shows it.
-    #[arg(short = 'o', long, visible_alias = "output", value_name = "FILE.ron")]
+    /// has the most digits; the image changes by rounding only. With an option of the camera, write
+    /// a copy with this camera. For a model, write a scene that shows it.
+    #[arg(short = 'o', long, visible_alias = "output", value_name = "FILE.ron", help_heading = "Result")]
     pub write: Option<PathBuf>,
 
     /// Exit with code 4 if there are warnings about the scene.
-    #[arg(long)]
+    #[arg(long, help_heading = "Result")]
     pub deny_warnings: bool,
+}
+
+fn parse_page(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let is_page = |of: &std::ffi::OsStr| ["html", "htm"].iter().any(|page| of.eq_ignore_ascii_case(page));
+    match path.extension().is_some_and(is_page) {
+        true => Ok(path),
+        false => Err("the page is a file that ends in .html".to_owned()),
+    }
 }
 
 fn parse_count(text: &str) -> Result<u32, String> {
     match text.parse::<u32>() {
         Ok(0) => Err("must be 1 or more".to_owned()),
         Ok(count) => Ok(count),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
+/// Parses a number of repetitions.
+fn parse_seeds(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(seeds) if seeds <= MAX_SEEDS => Ok(seeds),
+        Ok(_) => Err(format!("must be at most {MAX_SEEDS}")),
         Err(error) => Err(error.to_string()),
     }
 }

@@ -17,7 +17,6 @@ mod process;
 mod progress;
 mod terminal;
 
-use clap::Parser;
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -39,7 +38,7 @@ fn main() -> ExitCode {
 #[inline(never)]
 fn run() -> ExitCode {
     let start = Instant::now();
-    let mut command = match cli::Cli::try_parse() {
+    let mut command = match cli::parse::parse(std::env::args_os()) {
         Ok(cli) => cli.command,
         Err(usage) => return terminal::print_usage(&usage),
     };

@@ -68,6 +68,9 @@ fn unknown(name: &str, scene: &Description) -> String {
     format!("unknown camera \"{name}\"; available: {}", names.join(", "))
 }
 
+/// Start of the note that a scene without a camera gets a view of all of it.
+pub(crate) const NO_CAMERA: &str = "no camera: ";
+
 impl SceneDocument {
     /// Chooses the camera, and changes its pose.
     ///
@@ -76,7 +79,12 @@ impl SceneDocument {
     /// [`SceneError::Inconsistent`] for an unknown camera, or a pose that is not valid.
     pub fn choose_camera(&mut self, choice: &CameraChoice) -> Result<(), SceneError> {
         let inconsistent = |message| SceneError::Inconsistent { file: self.name.clone(), message };
-        choice.apply(&mut self.description).map_err(inconsistent)
+        choice.apply(&mut self.description).map_err(inconsistent)?;
+        if choice.look_from.is_some() {
+            // The view is no longer that of all.
+            self.notes.retain(|note| !note.starts_with(NO_CAMERA));
+        }
+        Ok(())
     }
 }
 

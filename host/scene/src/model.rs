@@ -60,7 +60,7 @@ impl Additions {
         let extent = Extent::of(model);
         let camera = model.cameras.is_empty().then(|| {
             let (center, radius) = extent.ball();
-            notes.push("no camera: the view shows all of the model".to_owned());
+            notes.push(format!("{}the view shows all of the model", crate::camera_choice::NO_CAMERA));
             camera_for(center, radius)
         });
         let own = OwnLight::of(model);

@@ -174,7 +174,7 @@ impl SceneDocument {
         let mut notes = std::mem::take(&mut description.notes);
         if description.cameras.is_empty() {
             description.cameras.push(("all".to_owned(), model::view_of_all(&description)));
-            notes.push("no camera: the view shows all of the scene".to_owned());
+            notes.push(format!("{}the view shows all of the scene", crate::camera_choice::NO_CAMERA));
         }
         Ok(Self { notes, ..Self::of_description(description, image, name) })
     }

@@ -62,11 +62,9 @@ pub const TABLE: &str = r#"
 --help             | every                 | .                             |
 --version          | trisect               | .                             |
 
-# Scenes. A scene without models takes any name of an animation or a variant.
+# Scenes.
 --allow-outside    | load report resume    | .                             |
---animation        | load                  | "" nosuch                     |
---material-variant | load                  | "" nosuch                     |
---env              | load                  | studio uniform                | nosuch@4~panorama Sky@4~panorama
+--env              | load                  | studio uniform                | nosuch~studio Sky~studio ""
                    | render                | sky sky.pfm                   | nosuch.pfm@4~nosuch.pfm
                    | check                 | sky.pfm                       | nosuch.pfm@4~nosuch.pfm
 --sun              | load                  | 135,40 -90,0,3 10.5,␣90       | 10 10,91 400,3 nan,3 10,20,-1
@@ -95,16 +93,16 @@ pub const TABLE: &str = r#"
 --ground           | render                | on off                        | 1
 
 []
---camera           | job                   | 0 camera                      | 1@4~unknown nosuch@4~unknown
-                   | job                   |                               | ""@4~unknown
---look-from        | job                   | -1,0,5 0,.5,5e0               | 1,2 1,2,3,4 a,b,c 1,2,inf nan,0,5
-                   | job                   |                               | 0,0,0@4~look_from
---look-at          | job                   | -.5,0,0 0,␣0,1                | 1,2 a,b,c 1,2,inf 0,0,5@4~look_at
---up               | job                   | -1,1,0 0,1,0                  | 1,2 a,b,c inf,0,0 0,0,0@4~up
---fov              | job                   | 1 39.5 179                    | 180 -1 nan inf 40deg 0@4~fov
---defocus-angle    | job                   | 0 0.5                         | 180 -1 nan inf 1deg
---focus-distance   | job                   | 1 2.5                         | 0 -1 nan inf 1m
-                   | job                   |                               | 1e99@4~focus_distance
+--camera           | job check             | 0 camera                      | 1@4~unknown nosuch@4~unknown
+                   | job check             |                               | ""@4~unknown
+--look-from        | job check             | -1,0,5 0,.5,5e0               | 1,2 1,2,3,4 a,b,c 1,2,inf nan,0,5
+                   | job check             |                               | 0,0,0@4~look_from
+--look-at          | job check             | -.5,0,0 0,␣0,1                | 1,2 a,b,c 1,2,inf 0,0,5@4~look_at
+--up               | job check             | -1,1,0 0,1,0                  | 1,2 a,b,c inf,0,0 0,0,0@4~up
+--fov              | job check             | 1 39.5 179                    | 0 180 -1 nan inf 40deg
+--defocus-angle    | job check             | 0 0.5                         | 180 -1 nan inf 1deg
+--focus-distance   | job check             | 1 2.5                         | 0 -1 nan inf 1m
+                   | job check             |                               | 1e99@4~focus_distance
 
 # Devices. Where there is no GPU, its forms end with code 3.
 --backend          | job report            | cpu auto wgpu@0/3 cuda@0/3    | nosuch CPU gpu
@@ -122,7 +120,7 @@ pub const TABLE: &str = r#"
 --resolution       | job report            | 16x9 8X4                      | 16 0x9 16x0 -1x9 16x9x2 16*9 x
 --spp              | job                   | 1 2                           | 0 -1 1.5 1spp nan
                    | view                  | 256                           | 257
---depth            | job                   | 1 5                           | 0 -1 1.5 x 65536~depth
+--depth            | job                   | 1 5                           | 0 -1 1.5 x 65536
 --seed             | job                   | 0 4294967295                  | -1 1.5 x 4294967296
 --roulette         | job                   | on off                        | nosuch ON true
 --roulette-depth   | job                   | 1 3                           | 0 -1 1.5 x
@@ -136,18 +134,16 @@ pub const TABLE: &str = r#"
 --traversal        | job                   | linear stack wide             | nosuch bvh
 --schedule         | job                   | pixel regenerate              | nosuch Pixel
                    | job                   | persistent interleaved        |
---tile             | job                   | 0 4 1024                      | 3~tiles 2048~tiles -1 1.5 x
+--tile             | job                   | 0 4 1024                      | 3 2048 -1 1.5 x
 --sums             | job                   | auto host device              | nosuch gpu
 --features         | job                   | all +nee +                    | nosuch +all ALL
                    | render bench view     |                               | ""
+                   | converge              |                               | ""
 --math             | job report            | precise                       | nosuch
                    | render bench report   |                               | fast
                    | tradeoff view cluster |                               | fast
+                   | converge              |                               | fast
 --deny-warnings    | load                  | .                             |
-
-# For kernels that do not exist, converge succeeds without a measurement.
---features         | converge              | ""                            |
---math             | converge              | fast                          |
 
 # Frames and denoisers.
 --frames           | bench view            | 1 3                           | 0 -1 1.5 x 0..2
@@ -157,10 +153,10 @@ pub const TABLE: &str = r#"
                    | view                  |                               | oidn
 
 [--denoise=svgf]
---denoise-levels   | render bench view     | 1 10                          | 0~levels 11~levels -1 1.5 x
---denoise-color    | render bench view     | 0 4.5 inf                     | -1~color nan~color x
---denoise-normal   | render bench view     | 0 4.5 inf                     | -1~normal nan~normal 5deg
---denoise-depth    | render bench view     | 0 4.5 inf                     | -1~depth nan~depth 5%
+--denoise-levels   | render bench view     | 1 10                          | 0 11 -1 1.5 x
+--denoise-color    | render bench view     | 0 4.5 inf                     | -1 nan x
+--denoise-normal   | render bench view     | 0 4.5 inf                     | -1 nan 5deg
+--denoise-depth    | render bench view     | 0 4.5 inf                     | -1 nan 5%
 
 # Goals. The forms of --quality whose goals take seconds have a limit.
 []
@@ -180,15 +176,15 @@ pub const TABLE: &str = r#"
 # Checkpoints.
 []
 --checkpoint       | render                | {n}.ckpt                      | done.ckpt~exists a.ron~exists
---every            | resume                | 500ms 1min 1spp               | 0s 0spp 1024 -1s inf x
+--every            | resume                | 500ms 1min 1spp 30            | 0s 0spp -1s inf x
 --time-limit       | render resume         | 99 99s 99000ms 1m 1h          | 0 -1 1x nan inf 5% 1spp 1h30m
                    | report                | 1 1s 900ms 0.02m              | 0 -1 1x nan inf
-                   | tradeoff converge     | 99 99000ms 1m 0@7             | -1 1x nan inf
+                   | tradeoff converge     | 99 99000ms 1m                 | 0 -1 1x nan inf
 --fallback         | render resume         | cpu                           | nosuch wgpu
 --scene            | resume                | a.ron                         | nosuch.ron@4~nosuch.ron
 
 [--checkpoint={n}.ckpt]
---every            | render                | 1s .5m 2h 1024spp 1␣spp       | 0s 0spp 1024 -1s nan 1.5spp 5x
+--every            | render                | 1s .5m 2h 1024spp 1␣spp 30    | 0s 0spp -1s nan 1.5spp 5x
 
 [parts.ron --checkpoint={n}.ckpt]
 --sample-range     | render                | 0..256 256..300               | 256 2..1 0..0 -1..256 0..=255
@@ -202,6 +198,7 @@ pub const TABLE: &str = r#"
 --float            | file                  | .                             |
 
 []
+--float            | render                |                               | .
 --background       | render                | sky transparent 0.2,.3,4      | red 1,2 #12345 -1,0,0 nan,0,0
                    | render                | #ff8000 0,␣0,0                | inf,0,0 Sky
 --output           | render resume         | b.png b.jpg b.tif b.exr b.PNG | b~format b.txt~format
@@ -223,8 +220,8 @@ pub const TABLE: &str = r#"
                    | compare               | . - b.json                    | a.png
                    | info                  | . - b.json                    |
                    | doctor                | . b.json                      |
-                   | bench view            | - b.json                      | a.ron
---html             | compare               | b.html                        | a.png
+                   | bench view            | . - b.json                    | a.ron
+--html             | compare               | b.html b.HTM                  | a.png b.txt
 --max-rel-mse      | compare               | 0 1e-3 inf                    | -1 nan 5% x
 --write            | check                 | {n}.ron                       | a.ron~itself b.txt~RON
 
@@ -239,9 +236,9 @@ pub const TABLE: &str = r#"
 # Measurements.
 --quick            | report                | .                             |
 --spheres          | report                | 10 100                        | 0 9 -1 1.5 x
---knobs            | tradeoff converge     | depth depth,clamp sampler     | nosuch~knob Depth~knob
-                   | tradeoff converge     |                               | ""~knob depth,~knob
---seeds            | tradeoff converge     | 4 5                           | 0 3 -1 4.5 x
+--knobs            | tradeoff converge     | depth depth,clamp sampler     | nosuch Depth
+                   | tradeoff converge     |                               | "" depth,
+--seeds            | tradeoff converge     | 4 5                           | 0 3 1025 -1 4.5 x
 --levels           | tradeoff              | 1                             | 0 -1 1,,2 1,x 1.5
 --reference-spp    | tradeoff converge     | 1 8                           | 0 -1 1.5 x
 --cache            | tradeoff converge     | b                             |
@@ -249,8 +246,8 @@ pub const TABLE: &str = r#"
 --last             | converge              | 4 5                           | 0 1 -1 1.5 x
 
 # Frames. A window opens without --headless, so each form of view has it.
---history          | view                  | 0 1024                        | 1025~history -1 1.5 x
---history-clamp    | view                  | 0 2.5 inf                     | -1~clamp nan~clamp x
+--history          | view                  | 0 1024                        | 1025 -1 1.5 x
+--history-clamp    | view                  | 0 2.5 inf                     | -1 nan x
 --scale            | view                  | 0.05 0.5 1                    | 0 0.04 1.01 -1 nan inf 50%
 --moving-fps       | view                  | 0 9.5 1000                    | 1001 -1 nan inf x
 --enough           | view                  | 1 4096                        | 0 -1 1.5 x

@@ -25,11 +25,12 @@ pub struct BenchArgs {
 
     /// Number of measured frames, after a warm-up of two frames, on a GPU of at least half a
     /// second.
-    #[arg(long, value_name = "N", default_value = "10", value_parser = parse_count)]
+    #[arg(help_heading = "Measurement", long, value_name = "N", default_value = "10", value_parser = parse_count)]
     pub frames: u32,
 
-    /// Also write the measurements as JSON; `-` prints them instead of the table.
-    #[arg(long, value_name = "FILE")]
+    /// Print the measurements as JSON instead of the table; --json=FILE writes them to a file,
+    /// beside the table.
+    #[arg(help_heading = "Measurement", long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "-")]
     pub json: Option<PathBuf>,
 }
 
@@ -59,31 +60,44 @@ pub struct ClusterBenchArgs {
 
     /// Numbers of ranks to measure, separated by commas (default: 1, 2, 4 and so on, and all
     /// ranks).
-    #[arg(long, value_name = "N,N", value_delimiter = ',', value_parser = parse_count)]
+    #[arg(help_heading = "Measurement", long, value_name = "N,N", value_delimiter = ',', value_parser = parse_count)]
     pub counts: Vec<u32>,
 
     /// Samples per pixel of frames shared by rows, separated by commas; at most 256.
-    #[arg(long, value_name = "N,N", value_delimiter = ',', default_value = "1,100", value_parser = clap::value_parser!(u32).range(1..=256))]
+    #[arg(help_heading = "Measurement", long, value_name = "N,N", value_delimiter = ',', default_value = "1,100", value_parser = clap::value_parser!(u32).range(1..=256))]
     pub frame_spp: Vec<u32>,
 
     /// Samples per pixel of an averaged image, over all ranks.
-    #[arg(long, value_name = "N", default_value = "256", value_parser = parse_count)]
+    #[arg(help_heading = "Measurement", long, value_name = "N", default_value = "256", value_parser = parse_count)]
     pub average_spp: u32,
 
     /// Samples per pixel that each rank adds in the measurement of noise over ranks.
-    #[arg(long, value_name = "N", default_value = "4", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(help_heading = "Measurement", long, value_name = "N", default_value = "4", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub noise_spp: u32,
 
     /// Methods of gathering the pixels of all ranks, separated by commas.
-    #[arg(long, value_enum, value_delimiter = ',', default_value = "gather,allreduce")]
+    #[arg(
+        help_heading = "Measurement",
+        long,
+        value_enum,
+        value_delimiter = ',',
+        default_value = "gather,allreduce"
+    )]
     pub sync: Vec<GatherMethod>,
 
     /// Number of measured frames, after a warm-up of five frames.
-    #[arg(long, value_name = "N", default_value = "30", value_parser = clap::value_parser!(u32).range(2..=100_000))]
+    #[arg(help_heading = "Measurement", long, value_name = "N", default_value = "30", value_parser = clap::value_parser!(u32).range(2..=100_000))]
     pub frames: u32,
 
     /// Folder for charts and data; created if it does not exist.
-    #[arg(short, long, alias = "out", value_name = "FOLDER", default_value = "cluster")]
+    #[arg(
+        help_heading = "Measurement",
+        short,
+        long,
+        alias = "out",
+        value_name = "FOLDER",
+        default_value = "cluster"
+    )]
     pub output: PathBuf,
 }
 

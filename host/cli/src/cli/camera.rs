@@ -9,36 +9,41 @@ use trisect::scene::CameraChoice;
 #[command(next_help_heading = "Camera")]
 pub struct CameraArgs {
     /// Name or number, from 0 on, of one of the scene's cameras (default: the first).
-    #[arg(long, value_name = "NAME")]
+    #[arg(help_heading = "Camera", long, value_name = "NAME")]
     pub camera: Option<String>,
 
     /// Centre of the lens, in scene units (default: the scene's).
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = parse_point)]
+    #[arg(help_heading = "Camera", long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = parse_point)]
     pub look_from: Option<DVec3>,
 
     /// Point in the middle of the image, in scene units (default: the scene's).
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = parse_point)]
+    #[arg(help_heading = "Camera", long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = parse_point)]
     pub look_at: Option<DVec3>,
 
     /// Direction that is up in the image (default: the scene's).
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = parse_point)]
+    #[arg(help_heading = "Camera", long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = parse_point)]
     pub up: Option<DVec3>,
 
     /// Vertical angle of the image in degrees, of a perspective (default: the scene's).
-    #[arg(long, value_name = "DEGREES", value_parser = parse_angle)]
+    #[arg(help_heading = "Camera", long, value_name = "DEGREES", value_parser = parse_view_angle)]
     pub fov: Option<f64>,
 
     /// Cone angle in degrees from a point in focus to the lens; 0 is a pinhole (default: the
     /// scene's).
-    #[arg(long, value_name = "DEGREES", value_parser = parse_angle)]
+    #[arg(help_heading = "Camera", long, value_name = "DEGREES", value_parser = parse_angle)]
     pub defocus_angle: Option<f64>,
 
     /// Distance from the lens to the plane in focus, in scene units (default: the scene's).
-    #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
+    #[arg(help_heading = "Camera", long, value_name = "LENGTH", value_parser = parse_length)]
     pub focus_distance: Option<f64>,
 }
 
 impl CameraArgs {
+    /// Returns whether any of the options is given.
+    pub fn is_given(&self) -> bool {
+        self.choice() != CameraChoice::default()
+    }
+
     /// Returns the choice for the library.
     pub fn choice(&self) -> CameraChoice {
         let Self { camera, look_from, look_at, up, fov, defocus_angle, focus_distance } = self;
@@ -59,6 +64,11 @@ fn parse_point(text: &str) -> Result<DVec3, String> {
     let numbers: Option<[f64; 3]> = numbers.and_then(|numbers| numbers.try_into().ok());
     let point = numbers.map(DVec3::from).filter(|point| point.is_finite());
     point.ok_or_else(|| "must be three numbers, such as 0,1.5,-3".to_owned())
+}
+
+fn parse_view_angle(text: &str) -> Result<f64, String> {
+    let angle = parse_angle(text).ok().filter(|angle| *angle > 0.0);
+    angle.ok_or_else(|| "must be above 0 degrees, and below 180".to_owned())
 }
 
 fn parse_angle(text: &str) -> Result<f64, String> {

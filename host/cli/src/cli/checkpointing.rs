@@ -14,28 +14,28 @@ use trisect::device::Choice;
 pub struct CheckpointArgs {
     /// Write all samples to this file at intervals and at the end; `trisect resume FILE` continues
     /// from it, to the same bits (default: no checkpoint).
-    #[arg(long, value_name = "FILE")]
+    #[arg(help_heading = "Checkpoints and time", long, value_name = "FILE")]
     pub checkpoint: Option<PathBuf>,
 
     /// With --checkpoint: interval between writes, as a time (30s, 5m, 2h) or in samples per pixel
     /// (1024spp) (default: 30s).
-    #[arg(long, value_name = "TIME|Nspp", requires = "checkpoint")]
+    #[arg(help_heading = "Checkpoints and time", long, value_name = "TIME|Nspp", requires = "checkpoint")]
     pub every: Option<SaveInterval>,
 
     /// With --checkpoint: render only the samples from FIRST to END - 1. FIRST is a multiple of
     /// 256; END is one, too, or equals --spp. `trisect merge` combines the parts (default: all
     /// samples).
-    #[arg(long = "sample-range", alias = "samples", value_name = "FIRST..END", value_parser = parse_samples, requires = "checkpoint")]
+    #[arg(help_heading = "Checkpoints and time", long = "sample-range", alias = "samples", value_name = "FIRST..END", value_parser = parse_samples, requires = "checkpoint")]
     pub samples: Option<Samples>,
 
     /// Stop after this time, such as 30s, 5m or 2h, write what was rendered, and exit with code 7
     /// (default: no limit).
-    #[arg(long, value_name = "TIME", value_parser = parse_positive_time)]
+    #[arg(help_heading = "Checkpoints and time", long, value_name = "TIME", value_parser = parse_positive_time)]
     pub time_limit: Option<Duration>,
 
     /// Device that takes over if the chosen one is not available, is too small or fails (default:
     /// none).
-    #[arg(long, value_enum)]
+    #[arg(help_heading = "Checkpoints and time", long, value_enum)]
     pub fallback: Option<FallbackArg>,
 }
 
@@ -75,7 +75,7 @@ pub struct ResumeArgs {
     pub file: PathBuf,
 
     /// Scene file, if it was moved (default: that of the first command).
-    #[arg(long, value_name = "FILE")]
+    #[arg(help_heading = "Scene", long, value_name = "FILE")]
     pub scene: Option<PathBuf>,
 
     /// Permitted locations of files that the scene names, in addition to those of the first
@@ -85,7 +85,7 @@ pub struct ResumeArgs {
 
     /// Image file (default: that of the first command, if it is in or below the checkpoint's folder
     /// or the current one).
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(help_heading = "Image file", short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
 
     /// Encoding of the image file; defaults are those of the first command.
@@ -93,30 +93,30 @@ pub struct ResumeArgs {
     pub image: super::ImageFileArgs,
 
     /// Backend to render on; it must round as the first one did (default: as the first command).
-    #[arg(long, value_enum)]
+    #[arg(help_heading = "Device", long, value_enum)]
     pub backend: Option<Choice>,
 
     /// Index of the device in `trisect info`; needs --backend wgpu, cuda or cpu.
-    #[arg(long, value_name = "N", requires = "backend")]
+    #[arg(help_heading = "Device", long, value_name = "N", requires = "backend")]
     pub device: Option<usize>,
 
     /// Number of threads of the cpu backend (default: as the first command).
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    #[arg(help_heading = "Device", long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
 
     /// Interval between writes of the checkpoint, as a time (30s, 5m, 2h) or in samples per pixel
     /// (1024spp) (default: as the first command).
-    #[arg(long, value_name = "TIME|Nspp")]
+    #[arg(help_heading = "Checkpoints and time", long, value_name = "TIME|Nspp")]
     pub every: Option<SaveInterval>,
 
     /// Stop after this time, such as 30s, 5m or 2h, write what was rendered, and exit with code 7
     /// (default: no limit).
-    #[arg(long, value_name = "TIME", value_parser = parse_positive_time)]
+    #[arg(help_heading = "Checkpoints and time", long, value_name = "TIME", value_parser = parse_positive_time)]
     pub time_limit: Option<Duration>,
 
     /// Device that takes over if the chosen one is not available, is too small or fails (default:
     /// as the first command).
-    #[arg(long, value_enum)]
+    #[arg(help_heading = "Device", long, value_enum)]
     pub fallback: Option<FallbackArg>,
 
     /// Messages and statistics.
@@ -137,7 +137,7 @@ pub struct MergeArgs {
 
     /// Output file, not one of FILES: an image for .png, .jpg, .tif, .exr, .hdr or .pfm, else a
     /// checkpoint.
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(help_heading = "Image file", short, long, value_name = "FILE")]
     pub output: PathBuf,
 
     /// Encoding of an image; defaults are those of the first checkpoint's command.

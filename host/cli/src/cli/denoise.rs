@@ -8,29 +8,29 @@ use trisect::denoise::{DenoiseError, DenoiseSettings, Denoiser, Filter};
 pub struct DenoiseArgs {
     /// Filter of the image, which keeps edges of normals and depth, and textures (default: off;
     /// with --budget: off or svgf, the better one; for view: svgf).
-    #[arg(long, value_enum)]
+    #[arg(help_heading = "Filter", long, value_enum)]
     pub denoise: Option<DenoiseArg>,
 
     /// With a filter: number of passes; each reaches twice as far as the one before (defaults:
     /// docs/how-to/denoise.md).
-    #[arg(long, value_name = "N")]
+    #[arg(help_heading = "Filter", long, value_name = "N")]
     pub denoise_levels: Option<u32>,
 
     /// With a filter: difference in light at which a neighbour has a quarter of its weight, in
     /// radiance (atrous) or standard deviations of the pixel (svgf). Smaller is sharper; inf
     /// ignores light (defaults: docs/how-to/denoise.md).
-    #[arg(long, value_name = "X")]
+    #[arg(help_heading = "Filter", long, value_name = "X")]
     pub denoise_color: Option<f32>,
 
     /// With a filter: angle between normals at which a neighbour has a quarter of its weight, in
     /// degrees; inf ignores normals (defaults: docs/how-to/denoise.md).
-    #[arg(long, value_name = "DEGREES")]
+    #[arg(help_heading = "Filter", long, value_name = "DEGREES")]
     pub denoise_normal: Option<f32>,
 
     /// With a filter: distance from the pixel's tangent plane at which a neighbour has a quarter
     /// of its weight, as a share of the pixel's depth; inf ignores depth (defaults:
     /// docs/how-to/denoise.md).
-    #[arg(long, value_name = "X")]
+    #[arg(help_heading = "Filter", long, value_name = "X")]
     pub denoise_depth: Option<f32>,
 }
 

@@ -13,27 +13,27 @@ pub struct GoalArgs {
     /// Render the best image within this time, such as 500ms, 2s or 1.5m, counted from the first
     /// sample after compiling the kernels to the finished image. Chooses roulette, sampler,
     /// denoiser and adaptive sampling if they are not given.
-    #[arg(long, value_name = "TIME", value_parser = parse_time, conflicts_with_all = ["target_error", "quality", "spp"])]
+    #[arg(help_heading = "Goal in place of --spp", long, value_name = "TIME", value_parser = parse_time, conflicts_with_all = ["target_error", "quality", "spp"])]
     pub budget: Option<Duration>,
 
     /// Render until the estimated relative error of the image, the root of its relMSE, is at most
     /// this percentage, such as 1%. Chooses roulette, sampler and adaptive sampling if they are not
     /// given.
-    #[arg(long, value_name = "PERCENT", value_parser = parse_percent, conflicts_with_all = ["quality", "spp"])]
+    #[arg(help_heading = "Goal in place of --spp", long, value_name = "PERCENT", value_parser = parse_percent, conflicts_with_all = ["quality", "spp"])]
     pub target_error: Option<f64>,
 
     /// Goal by name: a time or an error.
-    #[arg(long, value_enum, conflicts_with = "spp")]
+    #[arg(help_heading = "Goal in place of --spp", long, value_enum, conflicts_with = "spp")]
     pub quality: Option<QualityGoal>,
 
     /// With --budget, --target-error or --quality: distribution of samples over the image (default:
     /// auto).
-    #[arg(long, value_enum)]
+    #[arg(help_heading = "Goal in place of --spp", long, value_enum)]
     pub adaptive: Option<Adaptive>,
 
     /// With --target-error or --quality final: maximum mean samples per pixel; the last pass may
     /// exceed it by one sample or a few percent (default: docs/how-to/samples-and-budgets.md).
-    #[arg(long, value_name = "N", value_parser = super::parse_count)]
+    #[arg(help_heading = "Goal in place of --spp", long, value_name = "N", value_parser = super::parse_count)]
     pub max_spp: Option<u32>,
 }
 

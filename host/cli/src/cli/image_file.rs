@@ -4,7 +4,7 @@ use super::parse_stops;
 use clap::{Args, ValueEnum};
 use std::path::Path;
 use trisect::image::ImageError;
-use trisect::output::{BitDepth, Encoding, GAMMA_RANGE, ToneMap, Transfer};
+use trisect::output::{BitDepth, Encoding, Format, GAMMA_RANGE, ToneMap, Transfer};
 
 /// Encoding of the image file.
 #[derive(Clone, Debug, Default, Args)]
@@ -12,29 +12,29 @@ use trisect::output::{BitDepth, Encoding, GAMMA_RANGE, ToneMap, Transfer};
 pub struct ImageFileArgs {
     /// Exposure in stops; each doubles the radiance (default: 0; for a model without a scene file,
     /// in a file for a display, by the median luminance).
-    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = parse_stops)]
+    #[arg(help_heading = "Image file", long, value_name = "STOPS", allow_negative_numbers = true, value_parser = parse_stops)]
     pub exposure: Option<f32>,
 
     /// Curve from exposed radiance to the range of a display, for .png, .jpg and .tif: none
     /// (clipped at 1), filmic, agx or aces (default: none).
-    #[arg(long, value_name = "CURVE", value_parser = parse_tone_map)]
+    #[arg(help_heading = "Image file", long, value_name = "CURVE", value_parser = parse_tone_map)]
     pub tonemap: Option<ToneMap>,
 
     /// Encode .png, .jpg and .tif by a power of 1/X (default: by the curve of sRGB).
-    #[arg(long, value_name = "X", value_parser = parse_gamma)]
+    #[arg(help_heading = "Image file", long, value_name = "X", value_parser = parse_gamma)]
     pub gamma: Option<f32>,
 
     /// Bits of a channel in .png and .tif: 8 or 16 (default: 8).
-    #[arg(long, value_name = "8|16", value_parser = parse_bits)]
+    #[arg(help_heading = "Image file", long, value_name = "8|16", value_parser = parse_bits)]
     pub bits: Option<BitDepth>,
 
     /// Write colours in .exr as 32-bit floats (default: 16-bit floats, unless one is above 65504;
     /// depth, position and variance always have 32 bits).
-    #[arg(long)]
+    #[arg(help_heading = "Image file", long)]
     pub float: bool,
 
     /// Text about the render in .png, .jpg, .tif and .exr (default: image).
-    #[arg(long, value_enum)]
+    #[arg(help_heading = "Image file", long, value_enum)]
     pub metadata: Option<MetadataArg>,
 }
 
@@ -64,7 +64,7 @@ impl ImageFileArgs {
             tonemap: self.tonemap.or(tonemap),
             gamma: self.gamma.or(gamma),
             bits: self.bits.or(bits),
-            float: self.float || earlier.float,
+            float: self.float || earlier.float && fits(&Self { float: true, ..Self::default() }),
             metadata: self.metadata.or(earlier.metadata),
         }
     }
@@ -76,6 +76,9 @@ impl ImageFileArgs {
     /// Those of [`ToneMap::check`] and [`Encoding::check`].
     pub fn check(&self, path: &Path) -> Result<(), ImageError> {
         self.tone_map().check(path)?;
+        if self.float && Format::of(path)?.is_display() {
+            return Err(ImageError::NoFloats { path: path.to_owned() });
+        }
         self.encoding().check(path)
     }
 

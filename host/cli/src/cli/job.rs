@@ -28,54 +28,54 @@ pub struct JobArgs {
     pub camera: CameraArgs,
 
     /// Backend to render on.
-    #[arg(long, value_enum, default_value_t = Choice::Auto)]
+    #[arg(help_heading = "Device", long, value_enum, default_value_t = Choice::Auto)]
     pub backend: Choice,
 
     /// Index of the device in `trisect info`; needs --backend wgpu, cuda or cpu (default: the
     /// first, for wgpu the best GPU).
-    #[arg(long, value_name = "N")]
+    #[arg(help_heading = "Device", long, value_name = "N")]
     pub device: Option<usize>,
 
     /// Number of threads of the cpu backend and of other work on the CPU (default:
     /// RAYON_NUM_THREADS, else one per logical core).
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    #[arg(help_heading = "Device", long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
 
     /// Image width in pixels; without --height, the height follows the scene's aspect ratio
     /// (default: the scene's).
-    #[arg(long, value_name = "PIXELS", value_parser = parse_count)]
+    #[arg(help_heading = "Image", long, value_name = "PIXELS", value_parser = parse_count)]
     pub width: Option<u32>,
 
     /// Image height in pixels; without --width, the width follows the scene's aspect ratio
     /// (default: the scene's).
-    #[arg(long, value_name = "PIXELS", value_parser = parse_count)]
+    #[arg(help_heading = "Image", long, value_name = "PIXELS", value_parser = parse_count)]
     pub height: Option<u32>,
 
     /// Image width and height in pixels (default: the scene's; in a window of view, the window's).
-    #[arg(long, value_name = "WxH", value_parser = parse_resolution, conflicts_with_all = ["width", "height"])]
+    #[arg(help_heading = "Image", long, value_name = "WxH", value_parser = parse_resolution, conflicts_with_all = ["width", "height"])]
     pub resolution: Option<(u32, u32)>,
 
     /// Samples per pixel (default: the scene's). For view: of one frame (default: 1). For tradeoff:
     /// the highest of three levels, unless --levels is given.
-    #[arg(long, value_name = "N", value_parser = parse_count)]
+    #[arg(help_heading = "Samples", long, value_name = "N", value_parser = parse_count)]
     pub spp: Option<u32>,
 
     /// Maximum segments per path; the camera ray is the first (default: the scene's).
-    #[arg(long, value_name = "N", value_parser = parse_count)]
+    #[arg(help_heading = "Samples", long, value_name = "N", value_parser = parse_count)]
     pub depth: Option<u32>,
 
     /// Random seed; images with different seeds have independent noise (default: 0).
-    #[arg(long, value_name = "N")]
+    #[arg(help_heading = "Samples", long, value_name = "N")]
     pub seed: Option<u32>,
 
     /// End paths at random by their throughput, from segment --roulette-depth on: the same mean,
     /// fewer segments, more noise (default: off; with a goal such as --budget: the better one).
-    #[arg(long, value_enum)]
+    #[arg(help_heading = "Samples", long, value_enum)]
     pub roulette: Option<Switch>,
 
     /// First segment at which a path may end by roulette, which this option turns on; the camera
     /// ray is segment 1 (default: 1; with a goal such as --budget: chosen).
-    #[arg(long, value_name = "N", value_parser = parse_count)]
+    #[arg(help_heading = "Samples", long, value_name = "N", value_parser = parse_count)]
     pub roulette_depth: Option<u32>,
 
     /// True if a goal, such as that of `--budget`, may turn roulette on. Set by the program.
@@ -87,63 +87,63 @@ pub struct JobArgs {
     pub needs_names: bool,
 
     /// Source of random numbers (default: sobol; with a goal such as --budget: the better one).
-    #[arg(long, value_enum)]
+    #[arg(help_heading = "Samples", long, value_enum)]
     pub sampler: Option<Sampler>,
 
     /// Connect paths to lights (next-event estimation with multiple importance sampling). Off,
     /// paths find lights by chance, and lights without extent stay dark.
-    #[arg(long, value_enum, default_value_t = Switch::On)]
+    #[arg(help_heading = "Samples", long, value_enum, default_value_t = Switch::On)]
     pub light_sampling: Switch,
 
     /// Maximum radiance of a sample per channel, above 0: less noise from rare bright paths, but a
     /// darker image (biased; default: none).
-    #[arg(long, value_name = "X")]
+    #[arg(help_heading = "Samples", long, value_name = "X")]
     pub clamp: Option<f32>,
 
     /// Effort of building the BVH (default: high up to 100,000 primitives, else medium).
-    #[arg(long, value_enum)]
+    #[arg(help_heading = "Kernels and trees", long, value_enum)]
     pub bvh_quality: Option<BvhQuality>,
 
     /// Meshes that several objects place: stored once and traced through their transforms, or
     /// copied for each object, which is faster; affects the image by rounding only. Auto shares a
     /// mesh if its copies would have a million triangles more.
-    #[arg(long, value_enum, default_value_t = SharingArg::Auto)]
+    #[arg(help_heading = "Kernels and trees", long, value_enum, default_value_t = SharingArg::Auto)]
     pub instances: SharingArg,
 
     /// Method of finding the closest hit; does not affect the image (default: the fastest on the
     /// backend).
-    #[arg(long, value_enum)]
+    #[arg(help_heading = "Kernels and trees", long, value_enum)]
     pub traversal: Option<Traversal>,
 
     /// Assignment of samples to the lanes of the device; does not affect the image (default: the
     /// fastest on the backend).
-    #[arg(long, value_enum)]
+    #[arg(help_heading = "Kernels and trees", long, value_enum)]
     pub schedule: Option<Schedule>,
 
     /// Tile size in pixels for camera-ray BVH pruning: a power of two from 4 to 1024, or 0 for
     /// none; does not affect the image (default: 8 from 64 samples per pixel on, else 16; none with
     /// planar shapes, triangles, lights, environment maps or textures, and none while the camera
     /// moves).
-    #[arg(long, value_name = "PIXELS")]
+    #[arg(help_heading = "Kernels and trees", long, value_name = "PIXELS")]
     pub tile: Option<u32>,
 
     /// Place where chunks of 256 samples add up; does not affect the image. Auto is the device, for
     /// several chunks on a GPU with enough memory.
-    #[arg(long, value_enum, default_value_t = Summation::Auto)]
+    #[arg(help_heading = "Kernels and trees", long, value_enum, default_value_t = Summation::Auto)]
     pub sums: Summation,
 
     /// Features of the kernel, to measure what they cost: names as --stats has them, with commas
     /// between them; after a `+`, in addition to those needed; `all`; does not affect the image
     /// (default: those that scene and options need).
-    #[arg(long, value_name = "NAMES")]
+    #[arg(help_heading = "Kernels and trees", long, value_name = "NAMES")]
     pub features: Option<KernelFeatures>,
 
     /// Build of the kernels; fast is available on cuda and wgpu.
-    #[arg(long, value_enum, default_value_t = MathMode::Precise)]
+    #[arg(help_heading = "Kernels and trees", long, value_enum, default_value_t = MathMode::Precise)]
     pub math: MathMode,
 
     /// Exit with code 4 before rendering if there are warnings about the scene or the options.
-    #[arg(long)]
+    #[arg(help_heading = "Messages", long)]
     pub deny_warnings: bool,
 }
 

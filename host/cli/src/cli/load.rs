@@ -23,7 +23,7 @@ pub struct LoadArgs {
     /// Change of a field of a scene file: names, and numbers of list entries from 0 on, with dots
     /// between them, such as camera.look_at=0,1,0 or objects.3.radius=2; may be given several times
     /// (default: none).
-    #[arg(long, value_name = "PATH=VALUE")]
+    #[arg(help_heading = "Scene", long, value_name = "PATH=VALUE")]
     pub set: Vec<FieldEdit>,
 }
 
@@ -44,7 +44,7 @@ impl LoadArgs {
 pub struct IncludeArgs {
     /// Also read files outside the scene's folder that the scene or its models name (default:
     /// refuse them).
-    #[arg(long)]
+    #[arg(help_heading = "Scene", long)]
     pub allow_outside: bool,
 }
 
@@ -60,19 +60,30 @@ impl IncludeArgs {
 pub struct ModelArgs {
     /// Time of the animation of glTF models, in seconds or as 1500ms, 2s, 1m (default: the model's
     /// own pose; with --animation: 0).
-    #[arg(long, value_name = "TIME", value_parser = parse_moment, allow_negative_numbers = true)]
+    #[arg(help_heading = "Scene", long, value_name = "TIME", value_parser = parse_moment, allow_hyphen_values = true)]
     pub time: Option<f64>,
 
     /// Name of the animation of glTF models (default: their first).
-    #[arg(long, value_name = "NAME")]
+    #[arg(help_heading = "Scene", long, value_name = "NAME")]
     pub animation: Option<String>,
 
     /// Name of the variant of the materials of glTF models (default: none).
-    #[arg(long, value_name = "NAME")]
+    #[arg(help_heading = "Scene", long, value_name = "NAME")]
     pub material_variant: Option<String>,
 }
 
 impl ModelArgs {
+    /// Returns the options that are given.
+    pub fn given(&self) -> Vec<&'static str> {
+        let Self { time, animation, material_variant } = self;
+        let all = [
+            ("--time", time.is_some()),
+            ("--animation", animation.is_some()),
+            ("--material-variant", material_variant.is_some()),
+        ];
+        all.into_iter().filter(|(_, given)| *given).map(|(name, _)| name).collect()
+    }
+
     /// Returns the choices for the library.
     pub fn options(&self) -> ModelOptions {
         let Self { time, animation, material_variant } = self;

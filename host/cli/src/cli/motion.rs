@@ -15,22 +15,22 @@ pub struct MotionArgs {
     /// Render frames FIRST to END - 1 of the animation of glTF models to numbered images:
     /// out.0000.png for out.png, or where the file's name has %04d. Frame K shows the time --time +
     /// K / --fps (default: one image).
-    #[arg(long, value_name = "FIRST..END", value_parser = parse_frames)]
+    #[arg(help_heading = "Animation", long, value_name = "FIRST..END", value_parser = parse_frames)]
     pub frames: Option<Frames>,
 
     /// Frames per second of --frames and --shutter, a number or a fraction such as 30000/1001
     /// (default: 24).
-    #[arg(long, value_name = "N", value_parser = parse_fps)]
+    #[arg(help_heading = "Animation", long, value_name = "N", value_parser = parse_fps)]
     pub fps: Option<f64>,
 
     /// Motion blur: share of a frame's duration, 1 / --fps, for which the shutter is open, from the
     /// time of the image on; 0 to 1 (default: 0, a sharp image).
-    #[arg(long, value_name = "SHARE", value_parser = parse_share)]
+    #[arg(help_heading = "Animation", long, value_name = "SHARE", value_parser = parse_share)]
     pub shutter: Option<f64>,
 
     /// With --shutter: number of moments over which the samples of a pixel are divided; the image
     /// is the mean of as many sharp ones (biased; default: 16, or --spp if that is less).
-    #[arg(long, value_name = "N", value_parser = super::parse_count, requires = "shutter")]
+    #[arg(help_heading = "Animation", long, value_name = "N", value_parser = super::parse_count, requires = "shutter")]
     pub shutter_steps: Option<u32>,
 }
 

@@ -11,12 +11,12 @@ const TEV_PORT: u16 = 14158;
 pub struct PreviewArgs {
     /// Show the image in the viewer tev while it is rendered (default: no; tev is
     /// tev://127.0.0.1:14158).
-    #[arg(long, value_name = "tev[://HOST[:PORT]]", value_parser = parse_display)]
+    #[arg(help_heading = "Preview", long, value_name = "tev[://HOST[:PORT]]", value_parser = parse_display)]
     pub display: Option<DisplayAddress>,
 
     /// Render again whenever the scene, or a file that it names, is written; an interrupt ends the
     /// command.
-    #[arg(long)]
+    #[arg(help_heading = "Preview", long)]
     pub watch: bool,
 }
 

@@ -47,17 +47,17 @@ pub struct RenderArgs {
     /// Additional layers of an .exr, separated by commas: normal, position, albedo, depth, id,
     /// variance, samples, cryptomatte (mattes of objects and materials). Position and depth are in
     /// scene units (default: none).
-    #[arg(long, value_name = "LAYERS", value_delimiter = ',', value_parser = parse_aov)]
+    #[arg(help_heading = "Image file", long, value_name = "LAYERS", value_delimiter = ',', value_parser = parse_aov)]
     pub aov: Vec<Aov>,
 
     /// Background where camera rays reach the sky, which lights the scene in any case: sky,
     /// transparent (.png, .tif and .exr), or a colour, linear R,G,B or #rrggbb in sRGB.
-    #[arg(long, value_name = "sky|transparent|COLOUR", default_value = "sky", value_parser = parse_background)]
+    #[arg(help_heading = "Image file", long, value_name = "sky|transparent|COLOUR", default_value = "sky", value_parser = parse_background)]
     pub background: Background,
 
     /// Image file: .png, .jpg or .tif (for a display), .exr, .hdr or .pfm (linear); - writes a .png
     /// to standard output, exr:- an .exr.
-    #[arg(short, long, value_name = "FILE", default_value = DEFAULT_OUTPUT)]
+    #[arg(help_heading = "Image file", short, long, value_name = "FILE", default_value = DEFAULT_OUTPUT)]
     pub output: PathBuf,
 
     /// Encoding of the image file.

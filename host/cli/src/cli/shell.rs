@@ -6,13 +6,15 @@ use std::path::PathBuf;
 
 /// Messages and statistics of a render.
 #[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Messages")]
 pub struct LogArgs {
     /// Write statistics of the render as JSON; `-` prints them to standard output (default: none).
-    #[arg(long, value_name = "FILE")]
+    #[arg(help_heading = "Messages", long, value_name = "FILE")]
     pub stats: Option<PathBuf>,
 
     /// Another spelling of --stats: --json prints, --json=FILE writes a file.
     #[arg(
+        help_heading = "Messages",
         long,
         value_name = "FILE",
         num_args = 0..=1,
@@ -22,28 +24,34 @@ pub struct LogArgs {
     )]
     pub json: Option<PathBuf>,
 
+    /// Option by which the file of statistics is named. Set by the program.
+    #[arg(skip = "--stats")]
+    pub stats_option: &'static str,
+
     /// Print warnings and errors only: no progress, no summary.
-    #[arg(short, long)]
+    #[arg(help_heading = "Messages", short, long)]
     pub quiet: bool,
 
     /// Also print the kernel with its traversal and schedule, and the time of each phase.
-    #[arg(short, long, conflicts_with = "quiet")]
+    #[arg(help_heading = "Messages", short, long, conflicts_with = "quiet")]
     pub verbose: bool,
 }
 
 impl LogArgs {
     /// Takes the value of `--json` for that of `--stats`.
     pub fn unify(&mut self) {
-        let json = self.json.take();
-        self.stats = self.stats.take().or(json);
+        if let Some(json) = self.json.take() {
+            (self.stats, self.stats_option) = (Some(json), "--json");
+        }
     }
 }
 
 /// Option `--json` of commands that print a result.
 #[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = "Result")]
 pub struct JsonArgs {
     /// Print JSON instead of text; --json=FILE writes it to a file, beside the text.
-    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "-")]
+    #[arg(help_heading = "Result", long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "-")]
     pub json: Option<PathBuf>,
 }
 

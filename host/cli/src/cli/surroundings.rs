@@ -11,7 +11,7 @@ pub struct SurroundingsArgs {
     /// Light from infinity: studio (built in), sky (clear, with its sun at --sun; default:
     /// 225,40), uniform (radiance 1) or a panorama in .hdr, .exr or .pfm; replaces the sky of a
     /// scene file (default: the scene's; for a model without lights that carry its image, studio).
-    #[arg(long, value_name = "studio|sky|uniform|FILE", value_parser = parse_environment)]
+    #[arg(help_heading = "Scene", long, value_name = "studio|sky|uniform|FILE", value_parser = parse_environment)]
     pub env: Option<EnvironmentSource>,
 
     /// Sun in addition to all other light: azimuth in degrees, clockwise from -z seen from above,
@@ -20,6 +20,7 @@ pub struct SurroundingsArgs {
     /// --env sky it places the sky's sun, and an irradiance scales the whole sky (default: the
     /// sun's own, W/m²/nm).
     #[arg(
+        help_heading = "Scene",
         long,
         value_name = "AZIMUTH,ELEVATION[,IRRADIANCE]",
         value_parser = parse_sun,
@@ -29,7 +30,7 @@ pub struct SurroundingsArgs {
 
     /// Ground below a model, which catches its shadow and fades out; off also removes that of a
     /// scene file (default: on for a model with neither a camera nor lights that carry its image).
-    #[arg(long, value_enum)]
+    #[arg(help_heading = "Scene", long, value_enum)]
     pub ground: Option<Switch>,
 }
 
@@ -53,7 +54,10 @@ fn parse_environment(text: &str) -> Result<EnvironmentSource, String> {
         "studio" => Ok(EnvironmentSource::Studio),
         "sky" => Ok(EnvironmentSource::Sky),
         "uniform" => Ok(EnvironmentSource::Uniform),
-        "" => Err("must be studio, sky, uniform or a panorama in .hdr, .exr or .pfm".to_owned()),
+        // A name without a folder and an extension is none of a panorama.
+        name if !name.contains(['.', '/', '\\']) => {
+            Err("must be studio, sky, uniform or a panorama in .hdr, .exr or .pfm".to_owned())
+        }
         path => Ok(EnvironmentSource::File(PathBuf::from(path))),
     }
 }
@@ -98,7 +102,9 @@ mod tests {
             (parse_environment("a.hdr"), parse_environment("./studio")),
             (file("a.hdr"), file("./studio"))
         );
-        assert!(parse_environment("").is_err());
+        for bad in ["", "studo", "Studio", "nosuch"] {
+            assert!(parse_environment(bad).unwrap_err().contains("studio, sky, uniform"), "{bad}");
+        }
     }
 
     #[test]

@@ -21,7 +21,8 @@ pub fn run(arguments: &CheckArgs) -> Result<ExitCode, Error> {
     let outputs = Outputs::default().file("--json", json).file("--write", arguments.write.as_deref());
     outputs.check()?;
     Outputs::default().file("--json", json).check_inputs("the scene", [&arguments.scene])?;
-    let scene = SceneDocument::load_with(&arguments.scene, &arguments.load.options())?;
+    let mut scene = SceneDocument::load_with(&arguments.scene, &arguments.load.options())?;
+    scene.choose_camera(&arguments.camera.choice())?;
     let report = precision::check(&scene, &scene.image);
     // Error with which a render would refuse the scene, such as a sky that is not a number.
     // Findings outside the range are printed first, because they may be its cause.
@@ -35,7 +36,12 @@ pub fn run(arguments: &CheckArgs) -> Result<ExitCode, Error> {
     if let Some(path) = &arguments.write {
         let files = scene.description.files.iter().filter(|file| **file != arguments.scene);
         outputs.check_inputs("a file of the scene", files)?;
-        precision::write(&arguments.scene, &scene, Change::Space(report.best_space), path)?;
+        let camera = scene.description.cameras.first().map(|(_, camera)| *camera);
+        let change = match camera.filter(|_| arguments.camera.is_given()) {
+            Some(camera) => Change::Camera(camera),
+            None => Change::Space(report.best_space),
+        };
+        precision::write(&arguments.scene, &scene, change, path)?;
     }
     // Changes by the reader and losses by rounding are warnings in addition to the findings.
     let denied = super::warn(&scene.warnings(), &scene.name, arguments.deny_warnings);

@@ -33,7 +33,7 @@ pub use crate::terminal::{eprint, print};
 
 use crate::cli::{CheckpointArgs, ClusterArgs, FallbackArg, JobArgs, MetadataArg, RenderArgs};
 use display::Display;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread;
 use std::time::Instant;
@@ -120,6 +120,11 @@ impl Loaded {
         settings.check()?;
         let beyond = precision::warnings(&described, &settings.image());
         let (space, notes) = (described.space, described.notes.clone());
+        let is_gltf = |path: &PathBuf| {
+            path.extension()
+                .is_some_and(|of| of.eq_ignore_ascii_case("gltf") || of.eq_ignore_ascii_case("glb"))
+        };
+        let has_gltf = job.scene.iter().chain(&described.description.files).any(is_gltf);
         let names = if job.needs_names { described.part_names() } else { Vec::new() };
         let scene = lower(described)?;
         let mut warnings = scene.warnings.clone();
@@ -128,6 +133,10 @@ impl Loaded {
         }
         if job.roulette_depth.is_some() && !settings.roulette && !job.may_roulette {
             warnings.push("--roulette-depth has no effect with --roulette off; leave one out".to_owned());
+        }
+        if !has_gltf {
+            let none = "has no effect: the scene has no glTF model";
+            warnings.extend(job.load.model.given().into_iter().map(|name| format!("{name} {none}")));
         }
         let name = job.scene.as_ref().map_or_else(|| "SCENE".to_owned(), |path| path.display().to_string());
         warnings.extend(beyond.iter().map(|line| format!("{line}; for remedies: trisect check {name}")));

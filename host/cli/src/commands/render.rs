@@ -15,6 +15,7 @@ use super::signals::interrupts;
 use super::{Session, fit_to_cpu};
 use crate::cli::{JobArgs, RenderArgs};
 use crate::progress::Bar;
+use std::io::{IsTerminal, stdout};
 use std::ops::Range;
 use std::process::ExitCode;
 use std::time::Instant;
@@ -149,6 +150,9 @@ pub fn finish_film(
             "ended before it was complete: rows {} to {} lack samples from {} on",
             of.0, of.1, of.2
         ));
+        if ended == Some(StopReason::OutOfTime) && arguments.checkpointing.checkpoint.is_none() {
+            eprint("for the best complete image in a time: --budget TIME in place of --time-limit");
+        }
     }
     if let Some(ended) = ended.filter(|_| film.coverage.parts().is_empty()) {
         // An earlier image is not replaced.
@@ -209,13 +213,16 @@ pub fn adapt(settings: &mut Settings, arguments: &RenderArgs, denoise: Option<&D
 pub fn outputs(arguments: &RenderArgs) -> Outputs {
     Outputs::default()
         .file("-o", Some(&arguments.output))
-        .file("--stats", arguments.log.stats.as_deref())
+        .file(arguments.log.stats_option, arguments.log.stats.as_deref())
         .file("--checkpoint", arguments.checkpointing.checkpoint.as_deref())
 }
 
 /// Checks before the render that all outputs can be written.
 pub fn check(arguments: &RenderArgs) -> Result<(), Error> {
     Format::of(&arguments.output)?;
+    if output::is_stdout(&arguments.output) && stdout().is_terminal() {
+        return Err(trisect::image::ImageError::ToTerminal.into());
+    }
     if !arguments.aov.is_empty() {
         layers::check(&arguments.output, &arguments.aov)?;
     }

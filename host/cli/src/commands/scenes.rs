@@ -55,6 +55,10 @@ fn commands(arguments: &RenderArgs) -> Result<Vec<RenderArgs>, Error> {
         let remedy = "start a command for each scene";
         return Err(MotionError::Beside { what, with: "several scenes", remedy }.into());
     }
+    let is_json = |scene: &&PathBuf| scene.extension().is_some_and(|of| of == "json");
+    if let Some(scene) = arguments.more.iter().find(is_json) {
+        return Err(ConflictError::NoScene { path: scene.clone() }.into());
+    }
     let output = match arguments.output == Path::new(DEFAULT_OUTPUT) {
         true => PathBuf::from(format!("{SCENE}.png")),
         false => arguments.output.clone(),
@@ -62,7 +66,12 @@ fn commands(arguments: &RenderArgs) -> Result<Vec<RenderArgs>, Error> {
     let scenes = arguments.job.scene.iter().chain(&arguments.more);
     let mut commands: Vec<RenderArgs> = Vec::new();
     for scene in scenes {
-        let stats = arguments.log.stats.as_deref().map(|path| named(path, scene, "--stats")).transpose()?;
+        let stats = arguments
+            .log
+            .stats
+            .as_deref()
+            .map(|path| named(path, scene, arguments.log.stats_option))
+            .transpose()?;
         let mut command = RenderArgs {
             job: JobArgs { scene: Some(scene.clone()), ..arguments.job.clone() },
             more: Vec::new(),
@@ -71,11 +80,15 @@ fn commands(arguments: &RenderArgs) -> Result<Vec<RenderArgs>, Error> {
         };
         command.log.stats = stats;
         for other in &commands {
-            let same_stats = command.log.stats.is_some() && other.log.stats == command.log.stats;
-            let same = [(other.output == command.output, "-o"), (same_stats, "--stats")];
-            if let Some((_, option)) = same.into_iter().find(|(same, _)| *same) {
-                let path = command.output;
-                return Err(ConflictError::Outputs { path, first: option, second: option }.into());
+            // Of several scenes, each prints its own object.
+            let stats = command.log.stats.as_ref().filter(|path| !is_stdout(path));
+            let same_stats = stats.is_some() && other.log.stats.as_ref() == stats;
+            let same = [
+                (other.output == command.output, "-o", &command.output),
+                (same_stats, command.log.stats_option, stats.unwrap_or(&command.output)),
+            ];
+            if let Some((_, option, path)) = same.into_iter().find(|(same, ..)| *same) {
+                return Err(ConflictError::SameName { path: path.clone(), option }.into());
             }
         }
         commands.push(command);
@@ -87,7 +100,7 @@ fn commands(arguments: &RenderArgs) -> Result<Vec<RenderArgs>, Error> {
 /// read is reported when it is rendered.
 fn check_inputs(commands: &[RenderArgs]) -> Result<(), ConflictError> {
     let outputs = commands.iter().fold(Outputs::default(), |outputs, command| {
-        outputs.file("-o", Some(&command.output)).file("--stats", command.log.stats.as_deref())
+        outputs.file("-o", Some(&command.output)).file(command.log.stats_option, command.log.stats.as_deref())
     });
     for job in commands.iter().map(|command| &command.job) {
         outputs.check_inputs("a scene", &job.scene)?;

@@ -4,7 +4,7 @@
 use std::borrow::Cow;
 
 /// Settings whose options have their names.
-const OPTIONS: [&str; 44] = [
+const OPTIONS: [&str; 52] = [
     "allow_outside",
     "aov",
     "background",
@@ -21,13 +21,19 @@ const OPTIONS: [&str; 44] = [
     "denoise_depth",
     "denoise_levels",
     "denoise_normal",
+    "depth",
     "deny_warnings",
     "device",
     "distribute",
     "exposure",
     "first",
+    "float",
     "gamma",
     "ground",
+    "height",
+    "history",
+    "history_clamp",
+    "knobs",
     "last",
     "math",
     "max_spp",
@@ -44,10 +50,12 @@ const OPTIONS: [&str; 44] = [
     "sums",
     "target_error",
     "threads",
+    "tile",
     "time_limit",
     "tonemap",
     "traversal",
     "features",
+    "width",
     "write_partial",
 ];
 

@@ -28,6 +28,23 @@ pub enum ConflictError {
         /// Option of the output.
         option: &'static str,
     },
+    /// Two scenes would be written to one file, as their own names are the same.
+    #[error(
+        "{}: two scenes have this file for {option}, because their names are the same but for folder and extension; start a command for each",
+        path.display()
+    )]
+    SameName {
+        /// Path that the option gives.
+        path: PathBuf,
+        /// Option of the output.
+        option: &'static str,
+    },
+    /// A file of results is given as a scene.
+    #[error("{}: this is no scene; name a file of results by --json={}", path.display(), path.display())]
+    NoScene {
+        /// The file.
+        path: PathBuf,
+    },
     /// An output is an input.
     #[error("{}: {output} would overwrite {input}, {}; name another file", path.display(), read.display())]
     Input {

@@ -44,7 +44,17 @@ pub fn probe(path: &Path) -> Result<(), ImageError> {
     if is_stdout(path) {
         return Ok(());
     }
-    atomic_file::probe(path).map_err(|source| ImageError::Io { path: path.to_owned(), source })
+    atomic_file::probe(path).map_err(|source| {
+        let folder = path.parent().filter(|folder| *folder != Path::new("") && !folder.exists());
+        let source = match folder {
+            Some(folder) => {
+                let message = format!("the folder {} does not exist; create it first", folder.display());
+                std::io::Error::new(ErrorKind::NotFound, message)
+            }
+            None => source,
+        };
+        ImageError::Io { path: path.to_owned(), source }
+    })
 }
 
 /// Writes a file of any kind. Replaces an earlier one completely or not at all, except where it can

@@ -41,7 +41,7 @@ pub enum TradeoffError {
         least: usize,
     },
     /// An unknown knob was named.
-    #[error("unknown knob {name}; available: {known}")]
+    #[error("unknown knob \"{name}\" in `knobs`; available: {known}")]
     NoKnob {
         /// Given name.
         name: String,

@@ -94,7 +94,7 @@ impl Lab<'_> {
                 let place = (index, modes.len());
                 let followed = self.follow(mode, (&counts, all.seeds), place, truth, &mut run, supervisor);
                 match followed {
-                    Err(error) if is_missing(&error) => {
+                    Err(error) if is_missing(&error) && index > 0 => {
                         supervisor.report(&format!("{}: not available here: {error}", mode.name()));
                         found.missing.push(Missing::new(mode, error.to_string()));
                         continue;

@@ -46,6 +46,9 @@ pub use supervisor::{Stop, Supervisor};
 /// Minimum number of repetitions (seeds) from which bias can be told from noise.
 pub const MIN_SEEDS: usize = 4;
 
+/// Maximum number of repetitions, whose results stay in memory.
+pub const MAX_SEEDS: usize = 1024;
+
 /// Checks that `given` repetitions are enough to tell bias from noise.
 ///
 /// # Errors

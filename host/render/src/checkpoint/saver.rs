@@ -29,7 +29,7 @@ impl Default for SaveInterval {
 impl FromStr for SaveInterval {
     type Err = String;
 
-    /// Parses `30s`, `5m`, `2h`, `500ms` or `1024spp`.
+    /// Parses `30` or `30s`, `5m`, `2h`, `500ms` or `1024spp`.
     fn from_str(text: &str) -> Result<Self, String> {
         let split = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
         let (number, unit) = (text[..split].trim(), text[split..].trim());
@@ -41,7 +41,7 @@ impl FromStr for SaveInterval {
         }
         let unit = match unit {
             "ms" => 1e-3,
-            "s" => 1.0,
+            "s" | "" => 1.0,
             "m" | "min" => 60.0,
             "h" => 3600.0,
             _ => return Err("write it as 30s, 5m, 2h or 1024spp".to_owned()),
@@ -49,7 +49,8 @@ impl FromStr for SaveInterval {
         let seconds = number.parse::<f64>().map_err(|error| error.to_string())? * unit;
         match Duration::try_from_secs_f64(seconds) {
             Ok(time) if time > Duration::ZERO => Ok(Self::Time(time)),
-            _ => Err(format!("{text} is not a valid time")),
+            Ok(_) => Err("must be above 0".to_owned()),
+            Err(_) => Err(format!("{text} is not a valid time")),
         }
     }
 }

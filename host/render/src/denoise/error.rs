@@ -8,13 +8,13 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum DenoiseError {
     /// Number of levels outside [`LEVELS`].
-    #[error("a filter has {} to {} levels, not {levels}", LEVELS.start(), LEVELS.end())]
+    #[error("`denoise_levels` is {levels}; it must be from {} to {}", LEVELS.start(), LEVELS.end())]
     Levels {
         /// Requested number.
         levels: u32,
     },
     /// Parameter that is negative or NaN.
-    #[error("the denoiser's {name} is {value}; it must be 0 or more (inf turns it off)")]
+    #[error("`{name}` is {value}; it must be 0 or more (inf turns it off)")]
     Parameter {
         /// Name of the parameter.
         name: &'static str,
@@ -22,7 +22,7 @@ pub enum DenoiseError {
         value: String,
     },
     /// History of too many frames.
-    #[error("a history of {frames} frames; the maximum is {most}")]
+    #[error("`history` is {frames} frames; the maximum is {most}")]
     History {
         /// Requested number.
         frames: u32,

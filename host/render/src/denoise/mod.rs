@@ -91,7 +91,8 @@ impl DenoiseSettings {
         if !LEVELS.contains(&self.levels) {
             return Err(DenoiseError::Levels { levels: self.levels });
         }
-        let parameters = [("color", self.color), ("normal", self.normal), ("depth", self.depth)];
+        let parameters =
+            [("denoise_color", self.color), ("denoise_normal", self.normal), ("denoise_depth", self.depth)];
         match parameters.into_iter().find(|(_, value)| value.is_nan() || *value < 0.0) {
             Some((name, value)) => Err(DenoiseError::Parameter { name, value: value.to_string() }),
             None => Ok(()),

@@ -37,7 +37,7 @@ impl TemporalSettings {
             return Err(DenoiseError::History { frames: self.frames, most: Self::MAX_FRAMES });
         }
         if self.clamp.is_nan() || self.clamp < 0.0 {
-            return Err(DenoiseError::Parameter { name: "clamp", value: self.clamp.to_string() });
+            return Err(DenoiseError::Parameter { name: "history_clamp", value: self.clamp.to_string() });
         }
         Ok(())
     }

@@ -18,7 +18,7 @@ fn parameters() {
         }
         for bad in [-1.0, f32::NAN, f32::NEG_INFINITY] {
             let named = DenoiseSettings { depth: bad, ..good }.check();
-            assert!(matches!(named, Err(DenoiseError::Parameter { name: "depth", .. })), "{named:?}");
+            assert!(matches!(named, Err(DenoiseError::Parameter { name: "denoise_depth", .. })), "{named:?}");
         }
     }
 }

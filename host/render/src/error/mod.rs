@@ -102,6 +102,8 @@ impl Error {
             | Self::Conflict(_) => 2,
             Self::Image(
                 ImageError::UnknownExtension { .. }
+                | ImageError::ToTerminal
+                | ImageError::NoFloats { .. }
                 | ImageError::NoLayers { .. }
                 | ImageError::LayerTwice { .. }
                 | ImageError::NoAlpha { .. }

@@ -16,13 +16,13 @@ pub enum SettingsError {
         name: &'static str,
     },
     /// Paths are longer than a film can count: 256 samples of [`MAX_DEPTH`] segments fit 32 bits.
-    #[error("depth is {depth}; it must be at most {MAX_DEPTH}")]
+    #[error("`depth` is {depth}; it must be at most {MAX_DEPTH}")]
     TooDeep {
         /// Requested depth.
         depth: u32,
     },
     /// The edge of a tile is out of range, or no power of two.
-    #[error("tiles of {edge} pixels are not supported; choose 0, or a power of two from 4 to 1024")]
+    #[error("`tile` is {edge}; choose 0, or a power of two from 4 to 1024")]
     NoSuchTile {
         /// Requested edge in pixels.
         edge: u32,
@@ -34,7 +34,9 @@ pub enum SettingsError {
         clamp: String,
     },
     /// The image has more pixels than 32-bit indices can number.
-    #[error("an image of {width}x{height} has more than 2^32 - 1 pixels; choose a smaller `resolution`")]
+    #[error(
+        "an image of {width}x{height} has more than 2^32 - 1 pixels; choose a smaller image by `resolution`, `width` or `height`"
+    )]
     TooManyPixels {
         /// Pixels across.
         width: u32,
@@ -43,7 +45,7 @@ pub enum SettingsError {
     },
     /// The image needs more memory than is free.
     #[error(
-        "an image of {width}x{height} needs {} of memory, {} are free; choose a smaller `resolution`",
+        "an image of {width}x{height} needs {} of memory, {} are free; choose a smaller image by `resolution`, `width` or `height`",
         memory::display(*needed), memory::display(*available)
     )]
     TooLarge {
@@ -84,7 +86,7 @@ pub enum SettingsError {
     },
     /// A live frame has more samples than a chunk.
     #[error(
-        "a frame that is denoised on the device has at most {CHUNK_SAMPLES} samples a pixel, not {samples}; lower `spp`, or render it to a file"
+        "a live frame has at most {CHUNK_SAMPLES} samples a pixel, not {samples}; lower `spp`, or render it to a file"
     )]
     TooManyLive {
         /// Requested samples per pixel.

@@ -14,6 +14,8 @@ pub struct FrameFiles {
     images: FrameNames,
     /// Statistics; `None` without, or on standard output.
     stats: Option<FrameNames>,
+    /// Option that names the statistics.
+    stats_option: &'static str,
 }
 
 impl FrameFiles {
@@ -22,7 +24,8 @@ impl FrameFiles {
         let images = FrameNames::new(&arguments.output)?;
         let stats = arguments.log.stats.as_deref().filter(|path| !super::super::data::is_stdout(path));
         let stats = stats.map(FrameNames::new).transpose()?;
-        let files = Self { frames: frames.clone(), images, stats };
+        let stats_option = arguments.log.stats_option;
+        let files = Self { frames: frames.clone(), images, stats, stats_option };
         // Names that differ in these differ in all.
         for frame in [frames.start, frames.end - 1] {
             render::check(&files.of(arguments, frame))?;
@@ -54,6 +57,6 @@ impl FrameFiles {
         };
         let outputs = Outputs::default().folder("-o", Some(self.images.folder()), writes(&self.images));
         let Some(stats) = &self.stats else { return outputs };
-        outputs.folder("--stats", Some(stats.folder()), writes(stats))
+        outputs.folder(self.stats_option, Some(stats.folder()), writes(stats))
     }
 }
