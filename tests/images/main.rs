@@ -4,6 +4,7 @@
 mod book;
 mod bumps;
 mod coat_maps;
+mod crop;
 mod cycles;
 mod determinism;
 mod equivalence;

@@ -224,6 +224,24 @@ fn images_fit_their_format() {
     check_failure(&trisect(&arguments), &arguments, 1, &wanted);
 }
 
+/// A part of an image is as large as asked for; an .exr keeps its place in the whole.
+#[test]
+fn a_crop_keeps_its_place() {
+    let folder = folder("crop");
+    for crop in ["0.25,0.5,0.75,1", "8,8,24,16"] {
+        let file = render(&folder, "crop.exr", &["--crop", crop, "--resolution", "32x16", "--aov", "depth"]);
+        let image = Image::read(file.as_ref()).unwrap();
+        assert_eq!((image.width, image.height), (16, 8), "{crop}");
+        let windows =
+            ["dataWindow (type box2i): (8 8) - (23 15)", "displayWindow (type box2i): (0 0) - (31 15)"];
+        check_lines(&["exrheader", &file], &windows);
+    }
+    let file = render(&folder, "crop.png", &["--crop", "8,8,24,16", "--resolution", "32x16"]);
+    assert_eq!(Image::read(file.as_ref()).unwrap().width, 16);
+    let beyond = ["render", &folder.file("a.ron"), "--crop", "0,0,40,8", "--resolution", "32x16"];
+    check_failure(&trisect(&beyond), &beyond, 2, &["--crop", "columns 0 to 40", "32x16"]);
+}
+
 /// Standard output has the bytes of the file, and a reader that ends early is no error.
 #[test]
 fn images_go_to_standard_output() {

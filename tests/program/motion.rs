@@ -38,6 +38,44 @@ fn files(folder: &Temporary, start: &str) -> Vec<String> {
     names
 }
 
+/// A path moves the camera of a scene that moves, and of one that does not.
+#[test]
+fn a_path_moves_the_camera() {
+    let folder = models("path");
+    let key = |frame: u32, x: f64| {
+        format!("(frame: {frame}, camera: (look_from: ({x}, 0, 6), look_at: (0, 0, 0), vertical_fov: 40))")
+    };
+    let path = folder.file("path.ron");
+    fs::write(&path, format!("CameraPath(version: 1, keys: [{}, {}])", key(0, -2.0), key(2, 2.0))).unwrap();
+    let scene = folder.file("still.ron");
+    let still = "Scene(version: 1, camera: (look_from: (0, 0, 6), look_at: (0, 0, 0), vertical_fov: 40), \
+        materials: { \"a\": Lambertian(albedo: (0.5, 0.5, 0.5)) }, \
+        objects: [Box(min: (-1, -1, -1), max: (1, 1, 1), material: \"a\")])";
+    fs::write(&scene, still).unwrap();
+    for (scene, time) in [(scene, None), (folder.file("tube.gltf"), Some("0.25"))] {
+        let said = render(&scene, &folder.file("p.exr"), &["--camera-path", &path, "--fps", "4"]);
+        assert!(said.contains("frames 0 to 2"), "{said}");
+        assert_eq!(files(&folder, "p.0"), ["p.0000.exr", "p.0001.exr", "p.0002.exr"]);
+        // Frame 1 is the image from the middle of the path, at its time.
+        let alone = folder.file("alone.exr");
+        let from = ["--look-from", "0,0,6", "--look-at", "0,0,0", "--fov", "40"];
+        let at = time.map_or_else(Vec::new, |time| vec!["--time", time]);
+        render(&scene, &alone, &[&from[..], &at].concat());
+        let image = |path: &str| Image::read(Path::new(path)).unwrap();
+        assert_eq!(image(&folder.file("p.0001.exr")), image(&alone));
+        // Negative control: the others are from elsewhere.
+        assert_ne!(image(&folder.file("p.0000.exr")), image(&alone));
+        // Blur of the camera's motion: the image is no longer the sharp one.
+        let blurred = ["--camera-path", &path, "--fps", "4", "--shutter", "1", "--frames", "1..2"];
+        render(&scene, &folder.file("b.exr"), &blurred);
+        assert_ne!(image(&folder.file("b.0001.exr")), image(&alone));
+    }
+    let missing = ["render", &folder.file("still.ron"), "--camera-path", "missing.ron"];
+    fails(&missing, 4, &["missing.ron"]);
+    let over = ["render", &folder.file("still.ron"), "--camera-path", &path, "-o", &path];
+    fails(&over, 2, &["path.ron"]);
+}
+
 #[test]
 fn each_frame_is_the_image_at_its_time() {
     let folder = models("frames");

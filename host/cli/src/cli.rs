@@ -8,6 +8,7 @@ mod bench;
 mod camera;
 mod checkpointing;
 mod cluster;
+mod crop;
 mod denoise;
 mod goal;
 mod image_file;
@@ -34,6 +35,7 @@ pub use checkpointing::{CheckpointArgs, FallbackArg, MergeArgs, ResumeArgs, Samp
 #[cfg(feature = "mpi")]
 pub use cluster::DistributeArg;
 pub use cluster::{ClusterArgs, RankArgs};
+pub use crop::CropWindow;
 pub use denoise::{DenoiseArg, DenoiseArgs};
 pub use goal::GoalArgs;
 pub use image_file::{ImageFileArgs, MetadataArg};

@@ -122,6 +122,12 @@ impl Lens {
     }
 }
 
+/// Returns the record of a part of an image, whose upper left pixel is (`x`, `y`).
+pub(crate) fn shifted(whole: Camera, x: u32, y: u32) -> Camera {
+    let step = whole.step_x.as_dvec3() * f64::from(x) + whole.step_y.as_dvec3() * f64::from(y);
+    Camera { corner: (whole.corner.as_dvec3() + step).as_vec3(), ..whole }
+}
+
 /// Returns the depth of a position along the camera's axis.
 pub(crate) fn depth(camera: &Camera, position: DVec3) -> f64 {
     let axis = camera.step_x.as_dvec3().cross(camera.step_y.as_dvec3()).normalize_or_zero();

@@ -1,8 +1,10 @@
 //! Settings of a render, and their errors.
 
+mod crop;
 mod error;
 mod kernel_features;
 
+pub use crop::Crop;
 pub use error::SettingsError;
 pub use kernel_features::KernelFeatures;
 
@@ -29,6 +31,9 @@ pub struct Settings {
     pub width: u32,
     /// Pixels down.
     pub height: u32,
+    /// Place of the image in a larger one, if it is a part; see [`Settings::cropped`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub crop: Option<Crop>,
     /// Samples per pixel.
     pub samples: u32,
     /// Maximum number of segments of a path; the camera ray is the first.
@@ -95,6 +100,7 @@ impl From<ImageSettings> for Settings {
         Self {
             width: image.width,
             height: image.height,
+            crop: None,
             samples: image.samples,
             depth: image.depth,
             seed: 0,
@@ -284,6 +290,7 @@ mod tests {
         Settings {
             width,
             height,
+            crop: None,
             samples: 1,
             depth: 1,
             seed: 0,

@@ -50,6 +50,26 @@ impl AnimatedScene {
     /// [`SceneError::Inconsistent`] for a scene of which nothing moves; those of
     /// [`SceneDocument::load_with`].
     pub fn load(path: &Path, options: &LoadOptions) -> Result<Self, SceneError> {
+        let scene = Self::load_moving_or_not(path, options)?;
+        if !scene.moves() {
+            let message = match &scene.content {
+                Content::Model { .. } => "the model has no animation: it is the same at all times",
+                Content::File(_) => {
+                    "none of its models moves: a model needs an animation, and no `time` or `animation` of its own in the file"
+                }
+            };
+            let message = format!("{message}; render one image of it");
+            return Err(SceneError::Inconsistent { file: scene.name, message });
+        }
+        Ok(scene)
+    }
+
+    /// Reads a scene as [`load`](Self::load) does, and also one of which nothing moves.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`SceneDocument::load_with`].
+    pub fn load_moving_or_not(path: &Path, options: &LoadOptions) -> Result<Self, SceneError> {
         let LoadOptions { includes, model: options, surroundings, edits } = options;
         let name = path.display().to_string();
         let folder = Folder::of(path).including(*includes);
@@ -73,17 +93,12 @@ impl AnimatedScene {
         let mut scene =
             Self { content, name, folder, library, surroundings, edits, sky, sharing, camera, looks: None };
         scene.document(options.time.unwrap_or(0.0))?;
-        if !scene.library.has_moved {
-            let message = match &scene.content {
-                Content::Model { .. } => "the model has no animation: it is the same at all times",
-                Content::File(_) => {
-                    "none of its models moves: a model needs an animation, and no `time` or `animation` of its own in the file"
-                }
-            };
-            let message = format!("{message}; render one image of it");
-            return Err(SceneError::Inconsistent { file: scene.name, message });
-        }
         Ok(scene)
+    }
+
+    /// Returns whether a part of the scene moves.
+    pub fn moves(&self) -> bool {
+        self.library.has_moved
     }
 
     /// Returns the scene at a time of the animation, in seconds.

@@ -1,5 +1,5 @@
 //! Camera paths: poses of the camera at key frames, in the coordinates of the scene file, read from
-//! a RON file. `trisect view --headless` renders them.
+//! a RON file. `trisect render --camera-path` and `view --headless` render them.
 
 use crate::{Camera, CameraPose, SceneError};
 use serde::Deserialize;
@@ -95,21 +95,30 @@ impl CameraPath {
         self.keys.last().map_or(0, |key| key.0)
     }
 
-    /// Returns the pose at a frame. Before the first key it is that of the first, after the last
-    /// key that of the last; between two keys each number is interpolated linearly.
+    /// Returns the pose at a frame, as [`pose_at`](Self::pose_at) does.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`pose_at`](Self::pose_at).
+    pub fn pose(&self, frame: u32) -> Result<CameraPose, SceneError> {
+        self.pose_at(f64::from(frame))
+    }
+
+    /// Returns the pose at a time, in frames. Before the first key it is that of the first, after
+    /// the last key that of the last; between two keys each number is interpolated linearly.
     ///
     /// # Errors
     ///
     /// [`SceneError::Inconsistent`] for an invalid interpolated pose, such as a camera at the point
     /// that it looks at.
-    pub fn pose(&self, frame: u32) -> Result<CameraPose, SceneError> {
-        let after = self.keys.partition_point(|key| key.0 <= frame);
+    pub fn pose_at(&self, frame: f64) -> Result<CameraPose, SceneError> {
+        let after = self.keys.partition_point(|key| f64::from(key.0) <= frame);
         let (before, after) = (after.saturating_sub(1), after.min(self.keys.len() - 1));
         let ((from, a), (to, b)) = (self.keys[before], self.keys[after]);
         if before == after {
             return Ok(a);
         }
-        let share = f64::from(frame.saturating_sub(from)) / f64::from(to - from);
+        let share = (frame - f64::from(from)) / f64::from(to - from);
         let pose = a.mix(&b, share);
         pose.check().map_err(|message| SceneError::Inconsistent {
             file: format!("camera path, frame {frame}"),
@@ -133,6 +142,7 @@ mod tests {
         let path = CameraPath::parse(PATH, "path.ron").unwrap();
         let x = |frame| path.pose(frame).unwrap().look_from.x;
         assert_eq!([0, 2, 3, 4, 6, 9].map(x), [0.0, 0.0, 0.5, 1.0, 2.0, 2.0]);
+        assert_eq!(path.pose_at(2.5).unwrap().look_from.x, 0.25);
         assert!((path.pose(4).unwrap().vertical_fov.to_degrees() - 50.0).abs() < 1e-9);
         assert_eq!(path.last(), 6);
     }

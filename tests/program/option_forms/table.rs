@@ -83,6 +83,10 @@ pub const TABLE: &str = r#"
 --frames           | render                | 0..1 1..3                     | 3 1..1 2..1 -1..2 0..=2 0..x
 --shutter          | render                | 0 0.5 1                       | 1.01 -0.1 nan inf 180deg
 
+[--camera-path=path.ron]
+--frames           | render                | 0..1                          | 1..1
+--camera-path      | render                | path.ron                      | nosuch.ron@4~nosuch.ron
+
 [model.ron --frames=0..1]
 --fps              | render                | 24 0.5 30000/1001             | 0 -24 nan inf 24/0 24fps 1e7
 
@@ -199,6 +203,8 @@ pub const TABLE: &str = r#"
 
 []
 --float            | render                |                               | .
+--crop             | render                | 0,0,1,1 .5,0,1,.5 0,1,8,9     | 1,2,3 0,0,0,1 1,0,.5,1 -1,0,1,1
+                   | render                |                               | 0,0,99,9 nan,0,1,1 0,0,8.5,9
 --background       | render                | sky transparent 0.2,.3,4      | red 1,2 #12345 -1,0,0 nan,0,0
                    | render                | #ff8000 0,␣0,0                | inf,0,0 Sky
 --output           | render resume         | b.png b.jpg b.tif b.exr b.PNG | b~format b.txt~format

@@ -3,13 +3,15 @@
 #[cfg(feature = "window")]
 use super::load::ModelArgs;
 use super::switch::Switch;
-use super::{CameraArgs, LoadArgs, parse_count, parse_resolution};
+use super::{CameraArgs, CropWindow, LoadArgs, parse_count, parse_resolution};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 use trisect::bvh::BvhQuality;
 use trisect::device::Choice;
 use trisect::output::exposure::Exposure;
-use trisect::render::{KernelFeatures, MathMode, Sampler, Schedule, Settings, Summation, Traversal};
+use trisect::render::{
+    KernelFeatures, MathMode, Sampler, Schedule, Settings, SettingsError, Summation, Traversal,
+};
 use trisect::scene::Sharing;
 use trisect::scene::import::is_model;
 
@@ -77,6 +79,10 @@ pub struct JobArgs {
     /// ray is segment 1 (default: 1; with a goal such as --budget: chosen).
     #[arg(help_heading = "Samples", long, value_name = "N", value_parser = parse_count)]
     pub roulette_depth: Option<u32>,
+
+    /// Part of the image. Set by the program.
+    #[arg(skip)]
+    pub crop: Option<CropWindow>,
 
     /// True if a goal, such as that of `--budget`, may turn roulette on. Set by the program.
     #[arg(skip)]
@@ -196,6 +202,15 @@ impl JobArgs {
         self.roulette.map_or(self.roulette_depth.is_some(), |switch| switch == Switch::On)
     }
 
+    /// Returns the settings of the part of an image that is to be rendered.
+    ///
+    /// # Errors
+    ///
+    /// [`SettingsError::NoSuchCrop`] for a part that is empty or beyond the image.
+    pub fn cropped(&self, whole: Settings) -> Result<Settings, SettingsError> {
+        self.crop.map_or(Ok(whole.clone()), |crop| crop.of(whole))
+    }
+
     /// Returns the settings of the render: those of the command line, and the scene's for the rest.
     pub fn settings(&self, scene: Settings) -> Settings {
         let follow = |given: u32, from: u32, to: u32| {
@@ -212,6 +227,7 @@ impl JobArgs {
         Settings {
             width,
             height,
+            crop: None,
             samples: self.spp.unwrap_or(scene.samples),
             depth: self.depth.unwrap_or(scene.depth),
             seed: self.seed.unwrap_or(scene.seed),

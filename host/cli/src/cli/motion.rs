@@ -2,6 +2,7 @@
 
 use clap::Args;
 use std::ops::Range;
+use std::path::PathBuf;
 
 /// Frames per second, unless `--fps` is given.
 const DEFAULT_FPS: f64 = 24.0;
@@ -17,6 +18,11 @@ pub struct MotionArgs {
     /// K / --fps (default: one image).
     #[arg(help_heading = "Animation", long, value_name = "FIRST..END", value_parser = parse_frames)]
     pub frames: Option<Frames>,
+
+    /// Render numbered images along the camera path of this file, one for each of its frames or of
+    /// --frames, in place of the scene's camera; see docs/how-to/camera-paths.md.
+    #[arg(help_heading = "Animation", long, value_name = "FILE")]
+    pub camera_path: Option<PathBuf>,
 
     /// Frames per second of --frames and --shutter, a number or a fraction such as 30000/1001
     /// (default: 24).
@@ -44,9 +50,13 @@ impl MotionArgs {
         self.option().is_some()
     }
 
-    /// Returns the first given option that makes the scene move.
+    /// Returns the first given option for images of a scene or a camera that moves.
     pub fn option(&self) -> Option<&'static str> {
-        let given = [("--frames", self.frames.is_some()), ("--shutter", self.shutter.is_some())];
+        let given = [
+            ("--frames", self.frames.is_some()),
+            ("--camera-path", self.camera_path.is_some()),
+            ("--shutter", self.shutter.is_some()),
+        ];
         given.into_iter().find(|given| given.1).map(|given| given.0)
     }
 

@@ -1,6 +1,7 @@
 //! Arguments of `trisect render`.
 
 use super::background::{Background, parse_background};
+use super::crop::{CropWindow, parse_crop};
 use super::{
     CheckpointArgs, ClusterArgs, DenoiseArgs, GoalArgs, ImageFileArgs, JobArgs, LogArgs, MotionArgs,
     PreviewArgs,
@@ -43,6 +44,12 @@ pub struct RenderArgs {
     /// Checkpoints, time limit and fallback.
     #[command(flatten)]
     pub checkpointing: CheckpointArgs,
+
+    /// Render this part of the image alone, from its upper left to its lower right corner: shares
+    /// of width and height, such as 0.25,0,0.75,0.5, or pixels. An .exr keeps its place in the whole
+    /// (default: the whole image).
+    #[arg(help_heading = "Image", long, value_name = "X0,Y0,X1,Y1", value_parser = parse_crop)]
+    pub crop: Option<CropWindow>,
 
     /// Additional layers of an .exr, separated by commas: normal, position, albedo, depth, id,
     /// variance, samples, cryptomatte (mattes of objects and materials). Position and depth are in

@@ -116,9 +116,10 @@ impl Loaded {
     ) -> Result<Self, Error> {
         outputs.check_inputs("the scene", &job.scene)?;
         outputs.check_inputs("a file of the scene", &described.description.files)?;
-        let settings = job.settings(described.image.into());
+        let whole = job.settings(described.image.into());
+        let beyond = precision::warnings(&described, &whole.image());
+        let settings = job.cropped(whole)?;
         settings.check()?;
-        let beyond = precision::warnings(&described, &settings.image());
         let (space, notes) = (described.space, described.notes.clone());
         let is_gltf = |path: &PathBuf| {
             path.extension()
@@ -147,7 +148,7 @@ impl Loaded {
     /// Returns a scene that another rank has read, with the settings of `job`.
     #[cfg(feature = "mpi")]
     pub fn of(scene: Scene, job: &JobArgs) -> Result<Self, Error> {
-        let settings = job.settings(Settings::of(&scene));
+        let settings = job.cropped(job.settings(Settings::of(&scene)))?;
         settings.check()?;
         let (space, warnings, notes, names) = (Rebase::IDENTITY, Vec::new(), Vec::new(), Vec::new());
         Ok(Self { scene, settings, space, warnings, notes, names, seconds: 0.0 })
@@ -245,8 +246,8 @@ impl Session {
 
     /// Returns the camera of the image, for its file.
     pub fn camera_metadata(&self) -> CameraMetadata {
-        let Settings { width, height, .. } = self.settings;
-        metadata::camera(&self.renderer.camera(&self.settings), self.space, (width, height))
+        let whole = self.settings.clone().uncropped();
+        metadata::camera(&self.renderer.camera(&whole), self.space, (whole.width, whole.height))
     }
 
     /// Returns the opened session, or with `--fallback` one on the CPU if the device cannot be

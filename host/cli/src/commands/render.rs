@@ -55,7 +55,8 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
 
 /// Returns the job of a command, with what its outputs need.
 pub fn job(arguments: &RenderArgs) -> JobArgs {
-    JobArgs { needs_names: arguments.aov.contains(&Aov::Cryptomatte), ..arguments.job.clone() }
+    let needs_names = arguments.aov.contains(&Aov::Cryptomatte);
+    JobArgs { needs_names, crop: arguments.crop, ..arguments.job.clone() }
 }
 
 /// Returns the goal of a command for one process, and its filter, which a goal may replace. Prints

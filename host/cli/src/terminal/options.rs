@@ -4,7 +4,7 @@
 use std::borrow::Cow;
 
 /// Settings whose options have their names.
-const OPTIONS: [&str; 52] = [
+const OPTIONS: [&str; 53] = [
     "allow_outside",
     "aov",
     "background",
@@ -16,6 +16,7 @@ const OPTIONS: [&str; 52] = [
     "checkpoint",
     "clamp",
     "counts",
+    "crop",
     "denoise",
     "denoise_color",
     "denoise_depth",

@@ -56,6 +56,17 @@ pub struct Encoding {
     pub half: bool,
     /// Text about the render.
     pub metadata: Metadata,
+    /// Place of the image in a larger one, which .exr keeps: its data window in the display window.
+    pub window: Option<Window>,
+}
+
+/// Place of an image in a larger one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Window {
+    /// Column and row of the larger image at the upper left pixel.
+    pub at: (u32, u32),
+    /// Pixels across and down the larger image.
+    pub of: (u32, u32),
 }
 
 impl Encoding {

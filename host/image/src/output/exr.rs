@@ -1,7 +1,7 @@
 //! OpenEXR files of any channels.
 
 use super::channel::TASK;
-use super::{Channel, Encoding, Metadata, Picture, Samples, color_channels};
+use super::{Channel, Encoding, Metadata, Picture, Samples, Window, color_channels};
 use ::exr::block::writer::ChunksWriter;
 use ::exr::block::{UncompressedBlock, enumerate_ordered_header_block_indices};
 use ::exr::image::write::layers::{LayersWriter, WritableLayers};
@@ -72,12 +72,18 @@ pub fn encode(picture: Picture, encoding: &Encoding) -> Result<Vec<u8>, String> 
         }
     };
     let channels = all.into_iter().map(channel).collect::<Result<_, _>>()?;
-    let attributes = layer_attributes(&encoding.metadata);
+    let mut attributes = layer_attributes(&encoding.metadata);
+    let mut display = size;
+    if let Some(Window { at, of }) = encoding.window {
+        let place = |pixels: u32| i32::try_from(pixels).map_err(|error| error.to_string());
+        attributes.layer_position = Vec2(place(at.0)?, place(at.1)?);
+        display = (of.0 as usize, of.1 as usize);
+    }
     let layer = Layer::new(size, attributes, ExrEncoding::SMALL_LOSSLESS, AnyChannels::sort(channels));
-    encode_layer(&layer, size).map_err(|error| error.to_string())
+    encode_layer(&layer, display).map_err(|error| error.to_string())
 }
 
-/// Returns the bytes of a file with this layer. All threads of the pool compress its blocks.
+/// Returns the bytes of a file with this layer, for a display of `size`. All threads of the pool compress its blocks.
 fn encode_layer<'a>(
     layer: &'a impl WritableLayers<'a>,
     size: (usize, usize),

@@ -18,7 +18,7 @@ mod tone_map;
 
 pub use channel::{Channel, Samples, channels, color_channels};
 pub use conflict::{ConflictError, Outputs, check_stored};
-pub use encoding::{BitDepth, Encoding, GAMMA_RANGE, Transfer};
+pub use encoding::{BitDepth, Encoding, GAMMA_RANGE, Transfer, Window};
 pub use exr::{MAX_HALF, exceeds_half};
 pub use format::{Format, is_stdout};
 pub use metadata::{CameraMetadata, Metadata};

@@ -88,6 +88,7 @@ impl Configuration {
             denoise: _, // the lab's own is below
             width: _,
             height: _,
+            crop: _,
             samples: _,
             seed: _,
             roulette: _,

@@ -27,7 +27,7 @@ pub enum MotionError {
         remedy: &'static str,
     },
     /// No scene is named, and the built-in one does not move.
-    #[error("{option} is for models that move, and the built-in scene does not; name a scene or a model")]
+    #[error("{option} is for scenes in files, and the built-in one has none; name a scene or a model")]
     BuiltIn {
         /// Option that makes the scene move.
         option: &'static str,

@@ -31,6 +31,7 @@ impl Fingerprint {
         let Settings {
             width,
             height,
+            crop,
             samples,
             depth,
             seed,
@@ -74,7 +75,11 @@ impl Fingerprint {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             kernels: hex(&Sha256::digest(artifacts(trisect_kernels::MANIFEST) + &fast_arithmetic())),
             scene: hex(scene),
-            settings: settings.into_iter().map(|(name, value)| (name.to_owned(), value)).collect(),
+            settings: settings
+                .into_iter()
+                .chain(crop.map(|crop| ("crop", json!(crop))))
+                .map(|(name, value)| (name.to_owned(), value))
+                .collect(),
         }
     }
 

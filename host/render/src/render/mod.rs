@@ -33,7 +33,7 @@ mod tile_entry_cache;
 mod tile_samples;
 
 pub use crate::film::{SampleBlock, Summation};
-pub use crate::settings::{KernelFeatures, MAX_DEPTH, Sampler, Settings, SettingsError};
+pub use crate::settings::{Crop, KernelFeatures, MAX_DEPTH, Sampler, Settings, SettingsError};
 pub(crate) use chunk::ChunkTiming;
 pub use chunk::{ChunkResult, chunks};
 pub use chunk_sum::ChunkSum;

@@ -58,6 +58,21 @@ pub enum SettingsError {
         /// Bytes that are free.
         available: u64,
     },
+    /// A crop is empty, or beyond the image.
+    #[error(
+        "`crop` has columns {} to {} and rows {} to {} of an image of {width}x{height}; choose at least one pixel, within the image",
+        columns.start, columns.end, rows.start, rows.end
+    )]
+    NoSuchCrop {
+        /// Requested columns.
+        columns: Range<u32>,
+        /// Requested rows.
+        rows: Range<u32>,
+        /// Pixels across the image.
+        width: u32,
+        /// Pixels down the image.
+        height: u32,
+    },
     /// Rows or samples are empty, or beyond the frame.
     #[error(
         "rows {} to {} and samples {} to {} are not part of an image of {height} rows and {of} samples; choose at least one of each, all within the image",

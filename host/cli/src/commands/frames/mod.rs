@@ -1,4 +1,5 @@
-//! `trisect render --frames` and `--shutter`: images of a scene that moves.
+//! `trisect render --frames`, `--camera-path` and `--shutter`: images of a scene or a camera that
+//! moves.
 //!
 //! A [`Stage`](stage::Stage) brings the scene to the moments of each image.
 
@@ -16,7 +17,7 @@ use super::{eprint, fit_to_cpu, open};
 use crate::cli::{Frames, JobArgs, MotionArgs, RenderArgs};
 use crate::progress::Bar;
 use outputs::FrameFiles;
-use stage::Stage;
+use stage::{Stage, Track};
 use std::ops::{ControlFlow, Range};
 use std::process::ExitCode;
 use std::time::Instant;
@@ -26,6 +27,7 @@ use trisect::device::{BackendError, Choice};
 use trisect::film::Film;
 use trisect::image::Image;
 use trisect::render::{RenderObserver, Renderer, Settings, Shutter};
+use trisect::scene::CameraPath;
 use trisect::stats::RenderStats;
 use trisect_lab::Error;
 
@@ -59,8 +61,18 @@ impl Rendered {
     }
 }
 
-/// Renders the frames of `--frames`, or one image with `--shutter`.
+/// Renders the frames of `--frames` or of `--camera-path`, or one image with `--shutter`.
 pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
+    let path = arguments.motion.camera_path.as_deref().map(CameraPath::load).transpose()?;
+    let mut filled = arguments.clone();
+    if let (Some(path), None) = (&path, &arguments.motion.frames) {
+        filled.motion.frames = Some(Frames(0..path.last().saturating_add(1)));
+    }
+    render(&filled, path)
+}
+
+/// Renders frames, or one image, with the camera of a path if there is one.
+fn render(arguments: &RenderArgs, path: Option<CameraPath>) -> Result<ExitCode, Error> {
     let start = Instant::now();
     checks::refuse(arguments)?;
     let (request, denoise) = single::goal(arguments)?;
@@ -79,7 +91,9 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
     let of_start = arguments.job.load.model.time.unwrap_or(0.0);
     let time = |frame: u32| of_start + f64::from(frame) / arguments.motion.fps();
     let display = Display::open(arguments)?;
-    let mut stage = Stage::open(job_arguments, arguments, outputs, option, time(first))?;
+    outputs.check_inputs("the camera path", &arguments.motion.camera_path)?;
+    let track = path.map(|path| Track { path, start: of_start, fps: arguments.motion.fps() });
+    let mut stage = Stage::open(job_arguments, arguments, outputs, (option, track), time(first))?;
     single::adapt(&mut stage.session.settings, arguments, denoise.as_ref());
     if !arguments.log.quiet {
         announce(&stage.session, &aim(arguments, &goal_text(&stage.session, request.as_ref())));

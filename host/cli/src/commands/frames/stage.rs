@@ -8,7 +8,7 @@ use trisect::device::Choice;
 use trisect::error::MotionError;
 use trisect::output::Outputs;
 use trisect::render::{PreparedScene, SceneTree};
-use trisect::scene::{AnimatedScene, Scene};
+use trisect::scene::{AnimatedScene, CameraPath, CameraPose, Scene, SceneError};
 use trisect_lab::Error;
 
 /// A scene at one time on a device, and how it is brought to another time.
@@ -30,23 +30,49 @@ pub struct Stage {
     time: f64,
     /// Warnings that were printed.
     said: HashSet<String>,
+    /// Way of the camera; `None` for that of the scene.
+    track: Option<Track>,
+}
+
+/// Way of the camera.
+pub struct Track {
+    /// Poses at frames.
+    pub path: CameraPath,
+    /// Time of frame 0 in seconds.
+    pub start: f64,
+    /// Frames per second.
+    pub fps: f64,
+}
+
+impl Track {
+    /// Returns the pose at a time in seconds.
+    fn pose(&self, time: f64) -> Result<CameraPose, SceneError> {
+        let frame = (time - self.start) * self.fps;
+        // The time of a whole frame is rounded.
+        let whole = frame.round();
+        self.path.pose_at(if (frame - whole).abs() < 1e-6 { whole } else { frame })
+    }
 }
 
 impl Stage {
-    /// Reads the scene of a command whose option `option` makes it move, and uploads it at a time
-    /// in seconds, after the checks of [`Session::open_to_render`].
+    /// Reads the scene of a command whose option `option` makes it move, or its camera along a
+    /// track, and uploads it at a time in seconds, after the checks of
+    /// [`Session::open_to_render`].
     pub fn open(
         job: JobArgs,
         arguments: &RenderArgs,
         outputs: Outputs,
-        option: &'static str,
+        (option, track): (&'static str, Option<Track>),
         time: f64,
     ) -> Result<Self, Error> {
         let keep = &arguments.checkpointing;
         let start = Instant::now();
         let path = job.scene.as_ref().ok_or(MotionError::BuiltIn { option })?;
         outputs.check_inputs("the scene", &job.scene)?;
-        let mut animated = AnimatedScene::load(path, &job.load.options())?;
+        let mut animated = match track {
+            Some(_) => AnimatedScene::load_moving_or_not(path, &job.load.options())?,
+            None => AnimatedScene::load(path, &job.load.options())?,
+        };
         animated.sharing = job.instances.into();
         animated.camera = job.camera.choice();
         let document = animated.document(time)?;
@@ -63,13 +89,30 @@ impl Stage {
         session.digest = has_metadata.then(|| loaded.scene.digest());
         let tree = Some(prepared.into_tree());
         let (scene, falls_back) = (loaded.scene, keep.fallback.is_some());
-        Ok(Self { session, scene, trees: (0, 1), animated, job, falls_back, outputs, tree, time, said })
+        let trees = (0, 1);
+        let mut stage =
+            Self { session, scene, trees, animated, job, falls_back, outputs, tree, time, said, track };
+        stage.aim(time)?;
+        Ok(stage)
+    }
+
+    /// Brings the camera to a time of its track.
+    fn aim(&mut self, time: f64) -> Result<(), Error> {
+        if let Some(track) = &self.track {
+            let pose = self.session.space.camera(&track.pose(time)?);
+            self.session.renderer.set_camera(pose)?;
+            self.time = time;
+        }
+        Ok(())
     }
 
     /// Brings the scene to the first moment of an image, and prints the warnings that are new.
     pub fn begin_frame(&mut self, time: f64) -> Result<(), Error> {
         if time == self.time {
             return Ok(());
+        }
+        if !self.animated.moves() {
+            return self.aim(time);
         }
         let start = Instant::now();
         let document = self.animated.document(time)?;
@@ -89,6 +132,9 @@ impl Stage {
     pub fn begin_moment(&mut self, time: f64) -> Result<(), Error> {
         if time == self.time {
             return Ok(());
+        }
+        if !self.animated.moves() {
+            return self.aim(time);
         }
         let start = Instant::now();
         let document = self.animated.document(time)?;
@@ -119,6 +165,6 @@ impl Stage {
         })?;
         self.tree = Some(prepared.into_tree());
         (self.scene, self.time) = (scene, time);
-        Ok(())
+        self.aim(time)
     }
 }

@@ -16,7 +16,8 @@ use trisect::layers::{Aov, FilmPlace, layers};
 use trisect::metadata;
 use trisect::output;
 use trisect::output::exposure::Exposed;
-use trisect::output::{Encoding, Format, Metadata, Picture, ToneMap, exceeds_half};
+use trisect::output::{Encoding, Format, Metadata, Picture, ToneMap, Window, exceeds_half};
+use trisect::render::Crop;
 use trisect::stats::RenderStats;
 use trisect_lab::Error;
 
@@ -201,7 +202,9 @@ fn write(
     (mut metadata, mattes): (Metadata, &Cryptomatte),
 ) -> Result<(), Error> {
     metadata.attributes.clone_from(&mattes.attributes);
-    let encoding = Encoding { metadata, ..arguments.file.encoding() };
+    let crop = session.settings.crop;
+    let window = crop.map(|Crop { x, y, width, height }| Window { at: (x, y), of: (width, height) });
+    let encoding = Encoding { metadata, window, ..arguments.file.encoding() };
     match (drawn, exposed) {
         #[cfg(feature = "mpi")]
         (RenderOutput::Bytes(width, height, bytes), _) => {
