@@ -86,6 +86,15 @@ pub(super) fn finish(mut mesh: Mesh, site: &SourceLocation, warnings: &mut Warni
     Some(mesh)
 }
 
+/// Returns the normal of a triangle times its angle at each corner, the weight of its part in smooth
+/// normals; 0 for a triangle without area.
+pub(super) fn corner_normals(points: [DVec3; 3]) -> [DVec3; 3] {
+    [0, 1, 2].map(|i| {
+        let (a, b) = (points[(i + 1) % 3] - points[i], points[(i + 2) % 3] - points[i]);
+        a.cross(b).try_normalize().map_or(DVec3::ZERO, |normal| normal * a.angle_between(b))
+    })
+}
+
 /// Returns the largest magnitude of a mesh's coordinates, for [`check_instance`].
 pub(super) fn extent(mesh: &Mesh) -> f64 {
     mesh.positions.iter().flatten().fold(0.0f32, |extent, x| extent.max(x.abs())).into()

@@ -1,5 +1,6 @@
 //! Analytic shapes in their own coordinates, and meshes that stand for them.
 
+use super::super::mesh::corner_normals;
 use crate::description::{Mesh, ShapeKind};
 use glam::{DAffine3, DVec3, Vec3};
 use std::f64::consts::{PI, TAU};
@@ -160,11 +161,8 @@ pub fn smooth(mesh: &mut Mesh) {
     let mut sums = vec![DVec3::ZERO; mesh.positions.len()];
     for corners in &mesh.triangles {
         let points = corners.map(|corner| Vec3::from(mesh.positions[corner as usize]).as_dvec3());
-        for i in 0..3 {
-            let (a, b) = (points[(i + 1) % 3] - points[i], points[(i + 2) % 3] - points[i]);
-            if let Some(normal) = a.cross(b).try_normalize() {
-                sums[corners[i] as usize] += normal * a.angle_between(b);
-            }
+        for (&corner, normal) in corners.iter().zip(corner_normals(points)) {
+            sums[corner as usize] += normal;
         }
     }
     // A vertex of no triangle, or one whose triangles cancel, has any normal.

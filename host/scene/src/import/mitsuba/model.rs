@@ -46,7 +46,10 @@ impl Reader<'_, '_> {
         }
         let bytes = self.assembly.read(name, &site)?;
         self.assembly.extend_budget(name, bytes.len());
-        let read = if is_obj { obj::parse(&bytes, name, &mut Empty)? } else { ply::parse(&bytes, name)? };
+        let read = match is_obj {
+            true => obj::parse_unsmoothed(&bytes, name, &mut Empty)?,
+            false => ply::parse(&bytes, name)?,
+        };
         let Description { meshes, instances, warnings, .. } = read;
         self.assembly.add_warnings(&warnings, name);
         let mut items = Vec::new();

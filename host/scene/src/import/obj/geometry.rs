@@ -1,9 +1,10 @@
 //! Reads the statements of an OBJ file: vertices, and groups of triangles with their materials.
 
 use super::super::mesh::{POSITION_REMEDY, check_position};
-use super::super::source_location::shown;
+use super::super::source_location::{SourceLocation, shown};
 use super::super::warnings::Warnings;
 use super::lines::{Source, Statement};
+use super::smoothing::Smoothing;
 use crate::error::SceneError;
 use std::collections::{HashMap, HashSet};
 
@@ -24,14 +25,26 @@ pub struct Geometry {
     materials: Names,
 }
 
-/// Triangles of one object or group with one material. All of them have normals or none has, and
-/// all have texture coordinates or none has.
+/// Triangles of one object or group with one material. Their normals are of one kind, and all have
+/// texture coordinates or none has.
 #[derive(Debug)]
 pub struct Group {
     name: u32,
     material: u32,
+    /// Whether the normals are those of smoothing groups.
+    pub is_smooth: bool,
     /// Indices of position, texture coordinates and normal of each corner.
     pub triangles: Vec<[[u32; 3]; 3]>,
+}
+
+/// Normals of a face.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+enum Normals {
+    Flat,
+    /// Those of vn.
+    Given,
+    /// Those of a smoothing group.
+    Smooth,
 }
 
 /// Distinct names, numbered from 0.
@@ -75,14 +88,15 @@ impl Geometry {
     }
 }
 
-/// Reads all statements of a file.
-pub fn read(source: &Source, warnings: &mut Warnings) -> Result<Geometry, SceneError> {
+/// Reads all statements of a file. Smoothing groups have an effect only if `is_smoothed`.
+pub fn read(source: &Source, is_smoothed: bool, warnings: &mut Warnings) -> Result<Geometry, SceneError> {
     let mut geometry = Geometry::default();
-    let mut groups: HashMap<(u32, u32, bool, bool), usize> = HashMap::new();
+    let mut groups: HashMap<(u32, u32, bool, Normals), usize> = HashMap::new();
     let mut libraries = HashSet::new();
     let mut name = geometry.names.number("");
     let mut material = geometry.materials.number("");
-    let (mut smooth, mut polygon) = (false, Vec::new());
+    let (mut smoothing, mut smoothing_groups) = (Smoothing::default(), Names::default());
+    let (mut smoothing_group, mut polygon) = (None, Vec::new());
     for statement in source.statements() {
         if statement.line >= NONE as usize {
             return Err(statement.error("", format!("there are more than {NONE} lines")));
@@ -126,18 +140,30 @@ pub fn read(source: &Source, warnings: &mut Warnings) -> Result<Geometry, SceneE
                         if normals { corner[2] } else { NONE },
                     ];
                 }
-                if smooth && !normals {
-                    warnings.once("smoothing groups (s) are not supported: faces without vn are flat");
-                }
-                let group = *groups.entry((name, material, uvs, normals)).or_insert_with(|| {
-                    geometry.groups.push(Group { name, material, triangles: Vec::new() });
+                let kind = match (normals, smoothing_group) {
+                    (true, _) => Normals::Given,
+                    (false, Some(_)) => Normals::Smooth,
+                    (false, None) => Normals::Flat,
+                };
+                let is_smooth = kind == Normals::Smooth;
+                let group = *groups.entry((name, material, uvs, kind)).or_insert_with(|| {
+                    geometry.groups.push(Group { name, material, is_smooth, triangles: Vec::new() });
                     geometry.groups.len() - 1
                 });
-                let fan = others.array_windows().map(|&[second, third]| [*first, second, third]);
+                let fan = others.array_windows().map(|&[second, third]| {
+                    let triangle = [*first, second, third];
+                    let smoothed = smoothing_group.map(|of| smoothing.add(of, triangle, &geometry.positions));
+                    smoothed.filter(|_| is_smooth).unwrap_or(triangle)
+                });
                 geometry.groups[group].triangles.extend(fan);
             }
             "o" | "g" => name = geometry.names.number(statement.rest()),
-            "s" => smooth = !matches!(statement.rest(), "0" | "off"),
+            "s" => {
+                smoothing_group = match statement.arguments().next().unwrap_or_default() {
+                    "" | "0" | "off" => None,
+                    group => Some(smoothing_groups.number(group)).filter(|_| is_smoothed),
+                }
+            }
             "usemtl" => material = geometry.materials.number(statement.rest()),
             "mtllib" => {
                 if libraries.insert(statement.rest().to_owned()) {
@@ -149,6 +175,10 @@ pub fn read(source: &Source, warnings: &mut Warnings) -> Result<Geometry, SceneE
             }
         }
     }
+    let Geometry { groups, positions, normals, .. } = &mut geometry;
+    smoothing.finish(groups, positions, normals).ok_or_else(|| {
+        SourceLocation::new(source.name, "smoothing groups").too_large("too many normals", NONE.to_string())
+    })?;
     Ok(geometry)
 }
 

@@ -8,6 +8,7 @@ mod library;
 mod lines;
 mod maps;
 mod material;
+mod smoothing;
 
 use super::budget::Budget;
 use super::files::Files;
@@ -27,13 +28,16 @@ use std::collections::HashMap;
 /// Reads OBJ from `bytes`, and its material libraries and images from `files`; `name` stands for
 /// the file in messages.
 ///
-/// The OBJ statements `v`, `vt`, `vn`, `f`, `o`, `g`, `usemtl` and `mtllib` are supported:
+/// The OBJ statements `v`, `vt`, `vn`, `f`, `s`, `o`, `g`, `usemtl` and `mtllib` are supported:
 ///
 /// * Polygons become fans around their first vertex.
-/// * Polygons of the same object or group with the same material become a mesh. Those with normals
-///   and those without make different meshes, and so do those with and without texture coordinates.
+/// * Polygons of the same object or group with the same material become a mesh. Those with normals,
+///   those of smoothing groups and others make different meshes, and so do those with and without
+///   texture coordinates.
 /// * Positions are f64. In a file far from 0, they are stored relative to its centre.
-/// * Normals are those of `vn`; smoothing groups are ignored.
+/// * Normals are those of `vn`. Without, a face of a smoothing group has at each corner the mean of
+///   the normals of the group's faces that share the position's index, weighted by their angles
+///   there; other faces are flat.
 /// * Texture coordinates have v upwards in the file and downwards in the description.
 ///
 /// The first of these lines that applies makes an MTL material:
@@ -69,10 +73,28 @@ use std::collections::HashMap;
 /// * [`SceneError::Malformed`], [`SceneError::Unsupported`] and [`SceneError::TooLarge`] for their
 ///   content
 pub fn parse(bytes: &[u8], name: &str, files: &mut dyn Files) -> Result<Description, SceneError> {
+    read(bytes, name, files, true)
+}
+
+/// Reads OBJ as [`parse`] does, but for smoothing groups, which have no effect.
+pub(super) fn parse_unsmoothed(
+    bytes: &[u8],
+    name: &str,
+    files: &mut dyn Files,
+) -> Result<Description, SceneError> {
+    read(bytes, name, files, false)
+}
+
+fn read(
+    bytes: &[u8],
+    name: &str,
+    files: &mut dyn Files,
+    is_smoothed: bool,
+) -> Result<Description, SceneError> {
     let mut warnings = Warnings::default();
     let mut budget = Budget::new(bytes.len());
     let source = Source::new(name, bytes);
-    let geometry = geometry::read(&source, &mut warnings)?;
+    let geometry = geometry::read(&source, is_smoothed, &mut warnings)?;
     let mut libraries = library::Libraries::default();
     for (library, line) in &geometry.libraries {
         let site = SourceLocation::new(name, format!("line {line}, mtllib"));
@@ -131,5 +153,7 @@ fn mesh(geometry: &Geometry, group: &Group, origin: DVec3) -> Mesh {
     mesh
 }
 
+#[cfg(test)]
+mod smoothing_tests;
 #[cfg(test)]
 mod tests;
