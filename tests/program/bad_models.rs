@@ -200,14 +200,14 @@ fn other_files_of_a_model_are_missing_or_none() {
     files.write("short.bin", "short");
     let buffers = json!({ "buffers": [{ "byteLength": 39, "uri": "short.bin" }] });
     files.refused("short.gltf", gltf(buffers), &["buffers[0]", "byteLength is 39", "5 bytes", "incomplete"]);
-    files.refused(
+    files.renders(
         "a.obj",
         "mtllib none.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
-        &["line 1", "none.mtl", remedy],
+        &["line 1, mtllib", "\"none.mtl\" is missing", "No such file", "diffuse grey"],
     );
     files.write("maps.mtl", "newmtl a\nmap_Kd none.png\n");
     let map = "mtllib maps.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n";
-    refused(&files.write("map.obj", map), &["maps.mtl", "line 1", "none.png", remedy]);
+    refused(&files.write("map.obj", map), &["maps.mtl", "line 2, map_Kd", "none.png", remedy]);
     refused(&files.0.join("none.glb"), &["none.glb", "No such file"]);
     refused(&files.0, &["bad-models"]);
 }

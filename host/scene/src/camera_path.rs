@@ -43,8 +43,7 @@ impl CameraPath {
     ///
     /// [`SceneError`] with the file, the place and a remedy.
     pub fn load(path: &Path) -> Result<Self, SceneError> {
-        let text =
-            input::read_text(path).map_err(|source| SceneError::Read { path: path.to_owned(), source })?;
+        let text = input::read_text(path).map_err(|error| SceneError::read(path, error))?;
         Self::parse(&text, &path.display().to_string())
     }
 

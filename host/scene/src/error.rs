@@ -1,5 +1,6 @@
 //! Errors of reading a scene: the problem, its place and a remedy.
 
+use super::missing_file::{explained, has_suggestion};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -13,6 +14,14 @@ fn page(file: &str) -> &'static str {
     let extension = Path::new(file).extension().unwrap_or_default();
     let is_foreign = ["pbrt", "xml"].iter().any(|name| extension.eq_ignore_ascii_case(name));
     if is_foreign { "pbrt-and-mitsuba.md" } else { "README.md" }
+}
+
+/// Returns the remedy for a file that cannot be read, unless its error suggests one.
+fn remedy(source: &std::io::Error, file: &str) -> String {
+    if has_suggestion(source) {
+        return String::new();
+    }
+    format!("; it must be at this path, relative to the folder of {file}")
 }
 
 /// An error that makes a scene unusable.
@@ -116,9 +125,7 @@ pub enum SceneError {
         uri: String,
     },
     /// A file that an imported file refers to cannot be read.
-    #[error(
-        "{file}: {place}: cannot read \"{uri}\": {source}; it must be at this path, relative to the folder of {file}"
-    )]
+    #[error("{file}: {place}: cannot read \"{uri}\": {source}{}", remedy(source, file))]
     Resource {
         /// Path of the referring file, or the name that stands for it.
         file: String,
@@ -132,6 +139,11 @@ pub enum SceneError {
 }
 
 impl SceneError {
+    /// Returns the error for a file that cannot be read. For a missing one it names a similar file.
+    pub(crate) fn read(path: &Path, source: std::io::Error) -> Self {
+        Self::Read { path: path.to_owned(), source: explained(path, source) }
+    }
+
     /// Returns an error at a line and column of `text`, both counted from 1.
     pub(crate) fn at(file: &str, text: &str, line: usize, column: usize, message: String) -> Self {
         // A file without line breaks may be one long line: show at most 100 characters before the

@@ -41,8 +41,7 @@ impl Source {
         if path.extension().is_some_and(|extension| !extension.eq_ignore_ascii_case("ron")) {
             return Err(SceneError::UnknownFormat { path: path.to_owned() });
         }
-        let text = input::read_text(path);
-        Ok(Self::File(text.map_err(|source| SceneError::Read { path: path.to_owned(), source })?))
+        Ok(Self::File(input::read_text(path).map_err(|error| SceneError::read(path, error))?))
     }
 }
 

@@ -143,7 +143,7 @@ pub(crate) fn read_panorama(path: &Path) -> Result<Arc<Image>, SceneError> {
         return Err(inconsistent(format!("this is not a panorama; use .{}", PANORAMAS.join(", ."))));
     }
     Image::read(path).map(Arc::new).map_err(|error| match error {
-        ImageError::Io { path, source } => SceneError::Read { path, source },
+        ImageError::Io { path, source } => SceneError::read(&path, source),
         ImageError::Codec { message, .. } => inconsistent(message),
         other => {
             let (file, text) = (path.display().to_string(), other.to_string());

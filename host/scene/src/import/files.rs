@@ -1,6 +1,7 @@
 //! Access to the files that a scene or a model names.
 
 use crate::error::SceneError;
+use crate::missing_file::{explained, names_in};
 use std::io::{Error, ErrorKind, Result};
 use std::path::{Component, Path, PathBuf};
 use trisect_system::input;
@@ -15,6 +16,13 @@ pub trait Files {
     /// The reason why the file cannot be read; [`ErrorKind::FileTooLarge`] if it is longer than
     /// `limit` bytes.
     fn read(&mut self, path: &str, limit: u64) -> Result<Vec<u8>>;
+
+    /// Returns the names of files and folders in a folder, which is named as files are; "" is the
+    /// folder that paths start from. None are known to a source that cannot list them.
+    fn list(&mut self, folder: &str) -> Vec<String> {
+        let _ = folder;
+        Vec::new()
+    }
 }
 
 /// Rule for which files a scene may name.
@@ -111,9 +119,13 @@ fn is_below(path: &Path) -> bool {
 impl Files for Folder {
     fn read(&mut self, path: &str, limit: u64) -> Result<Vec<u8>> {
         let path = self.locate(Path::new(path))?;
-        let bytes = input::read(&path, limit)?;
+        let bytes = input::read(&path, limit).map_err(|error| explained(&path, error))?;
         self.read.push(path);
         Ok(bytes)
+    }
+
+    fn list(&mut self, folder: &str) -> Vec<String> {
+        self.locate(Path::new(folder)).map_or_else(|_| Vec::new(), |path| names_in(&path))
     }
 }
 
@@ -131,7 +143,7 @@ pub(super) use input::readable;
 
 /// Reads a file that the user names.
 pub(super) fn read_whole(path: &Path) -> std::result::Result<Vec<u8>, SceneError> {
-    input::read(path, readable()).map_err(|source| SceneError::Read { path: path.to_owned(), source })
+    input::read(path, readable()).map_err(|error| SceneError::read(path, error))
 }
 
 #[cfg(test)]

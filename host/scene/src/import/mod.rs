@@ -36,6 +36,7 @@ mod warnings;
 pub use files::{Files, Folder, Includes, NoFiles};
 pub(crate) use open_model::OpenModel;
 pub use options::ModelOptions;
+pub(crate) use source_location::shown;
 
 use super::description::{Description, TextureImage};
 use super::error::SceneError;

@@ -65,7 +65,7 @@ impl<'a> SourceLocation<'a> {
 
 /// Returns a file's text for messages: at most 100 characters, without control characters, which
 /// could act on a terminal.
-pub(super) fn shown(text: &str) -> String {
+pub(crate) fn shown(text: &str) -> String {
     let mut shown: String =
         text.chars().take(100).map(|letter| if letter.is_control() { '\u{fffd}' } else { letter }).collect();
     if text.chars().nth(100).is_some() {

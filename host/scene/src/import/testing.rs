@@ -6,7 +6,7 @@ use crate::description::Description;
 use glam::{DVec3, Vec3};
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::io::{Error, ErrorKind, Result};
 
 /// Files in memory, by path.
@@ -17,6 +17,16 @@ impl Files for Memory {
     fn read(&mut self, path: &str, limit: u64) -> Result<Vec<u8>> {
         let bytes = self.0.get(path).ok_or_else(|| Error::new(ErrorKind::NotFound, "no such file"))?;
         if bytes.len() as u64 > limit { Err(ErrorKind::FileTooLarge.into()) } else { Ok(bytes.clone()) }
+    }
+
+    fn list(&mut self, folder: &str) -> Vec<String> {
+        let inner = |path: &&'static str| match folder {
+            "" => Some(*path),
+            folder => path.strip_prefix(folder)?.strip_prefix('/'),
+        };
+        let name = |path: &'static str| path.split('/').next().unwrap_or(path).to_owned();
+        let names: BTreeSet<String> = self.0.keys().filter_map(inner).map(name).collect();
+        names.into_iter().collect()
     }
 }
 

@@ -53,8 +53,7 @@ impl DensityGrid {
     /// [`SceneError::Read`] for a file that cannot be read, [`SceneError::Malformed`] for one that
     /// is not a grid.
     pub fn load(path: &Path) -> Result<Self, SceneError> {
-        let bytes = input::read(path, input::readable())
-            .map_err(|source| SceneError::Read { path: path.to_owned(), source })?;
+        let bytes = input::read(path, input::readable()).map_err(|error| SceneError::read(path, error))?;
         Self::parse(&bytes, &path.display().to_string())
     }
 

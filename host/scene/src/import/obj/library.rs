@@ -8,7 +8,7 @@ use super::lines::{Source, Statement};
 use crate::error::SceneError;
 use glam::{DVec2, DVec3};
 use std::collections::{HashMap, HashSet};
-use std::io::ErrorKind;
+use std::io::{Error, ErrorKind};
 
 /// Maximum factor on heights and normals.
 const MAX_BUMP: f64 = 1e6;
@@ -51,6 +51,13 @@ pub struct Entry {
 /// An image and its placement.
 #[derive(Clone, Debug)]
 pub struct Map {
+    /// Line and keyword of its statement.
+    pub line: usize,
+    pub keyword: String,
+    /// File name as written, with `/` between folders.
+    pub written: String,
+    /// Folder of the library, relative to the OBJ file's folder.
+    pub folder: String,
     /// File name, relative to the OBJ file's folder.
     pub path: String,
     pub scale: DVec2,
@@ -60,9 +67,16 @@ pub struct Map {
     pub bump: f64,
 }
 
+impl Map {
+    /// Returns the place of the statement in the library `file`.
+    pub fn site<'a>(&self, file: &'a str) -> SourceLocation<'a> {
+        SourceLocation::new(file, format!("line {}, {}", self.line, self.keyword))
+    }
+}
+
 impl Libraries {
     /// Adds the materials of the libraries that `mtllib` names: one name, which may contain spaces,
-    /// or several names.
+    /// or several names. A missing library is a warning.
     pub fn read(
         &mut self,
         names: &str,
@@ -71,24 +85,46 @@ impl Libraries {
         budget: &mut Budget,
         warnings: &mut Warnings,
     ) -> Result<(), SceneError> {
-        let whole = portable(names);
-        if self.known.contains(&whole) {
-            return Ok(());
-        }
-        match files.read(&whole, readable()) {
-            Ok(bytes) => self.add(&whole, &bytes, budget, warnings),
-            Err(error) if error.kind() == ErrorKind::NotFound && names.contains(char::is_whitespace) => {
-                names.split_whitespace().try_for_each(|name| {
-                    let path = portable(name);
-                    if self.known.contains(&path) {
-                        return Ok(());
-                    }
-                    let bytes =
-                        files.read(&path, readable()).map_err(|source| site.resource(name, source))?;
-                    self.add(&path, &bytes, budget, warnings)
-                })
+        let Some(error) = self.read_one(names, site, files, budget, warnings)? else { return Ok(()) };
+        let mut missing = vec![(names, error)];
+        if names.contains(char::is_whitespace) {
+            let words: Vec<&str> = names.split_whitespace().collect();
+            let mut each = Vec::new();
+            for &word in &words {
+                let error = self.read_one(word, site, files, budget, warnings)?;
+                each.extend(error.map(|error| (word, error)));
             }
-            Err(source) => Err(site.resource(names, source)),
+            // If all are missing, the line is one name with spaces as likely as not.
+            if each.len() < words.len() {
+                missing = each;
+            }
+        }
+        for (name, error) in missing {
+            let (SourceLocation { place, .. }, name) = (site, shown(name));
+            warnings.once(format!(
+                "{place}: the material library \"{name}\" is missing ({error}): its materials are diffuse grey, as of a model without materials"
+            ));
+        }
+        Ok(())
+    }
+
+    /// Adds the materials of one library, unless it was read. Returns the error for a missing one.
+    fn read_one(
+        &mut self,
+        name: &str,
+        site: &SourceLocation,
+        files: &mut dyn Files,
+        budget: &mut Budget,
+        warnings: &mut Warnings,
+    ) -> Result<Option<Error>, SceneError> {
+        let path = portable(name);
+        if self.known.contains(&path) {
+            return Ok(None);
+        }
+        match files.read(&path, readable()) {
+            Ok(bytes) => self.add(&path, &bytes, budget, warnings).map(|()| None),
+            Err(error) if error.kind() == ErrorKind::NotFound => Ok(Some(error)),
+            Err(error) => Err(site.resource(name, error)),
         }
     }
 
@@ -193,8 +229,17 @@ fn colour(statement: &Statement, warnings: &mut Warnings) -> Result<Option<DVec3
 
 /// Parses options and a file name, which may contain spaces.
 fn map(statement: &Statement, folder: &str, warnings: &mut Warnings) -> Result<Option<Map>, SceneError> {
-    let mut map =
-        Map { path: String::new(), scale: DVec2::ONE, offset: DVec2::ZERO, clamp: false, bump: 1.0 };
+    let mut map = Map {
+        line: statement.line,
+        keyword: statement.keyword().to_owned(),
+        written: String::new(),
+        folder: folder.to_owned(),
+        path: String::new(),
+        scale: DVec2::ONE,
+        offset: DVec2::ZERO,
+        clamp: false,
+        bump: 1.0,
+    };
     let is_bump = matches!(statement.keyword(), "map_Bump" | "map_bump" | "bump" | "norm" | "map_Kn");
     let mut rest = statement.rest();
     let word = |rest: &mut &str| -> String {
@@ -256,15 +301,25 @@ fn map(statement: &Statement, folder: &str, warnings: &mut Warnings) -> Result<O
     if !(map.scale.is_finite() && map.offset.is_finite()) {
         return Err(statement.error("", "the options -s and -o take finite numbers".to_owned()));
     }
-    if rest.is_empty() {
+    map.written = portable(rest);
+    if map.written.is_empty() {
         return Err(statement.error("", format!("{} names no file", statement.keyword())));
     }
-    let file = portable(rest);
-    map.path = if folder.is_empty() { file } else { format!("{folder}/{file}") };
+    let is_alone = folder.is_empty() || is_absolute(&map.written);
+    map.path = if is_alone { map.written.clone() } else { format!("{folder}/{}", map.written) };
     Ok(Some(map))
 }
 
-/// Returns a path with `/` between folders, where Windows programs write `\`.
+/// Returns a path without quotes around it, and with `/` between folders, where Windows programs
+/// write `\`.
 fn portable(path: &str) -> String {
-    path.replace('\\', "/")
+    let inner = path.strip_prefix('"').and_then(|path| path.strip_suffix('"'));
+    inner.unwrap_or(path).replace('\\', "/")
+}
+
+/// Returns whether a path starts from the root of a file system, or from a drive.
+pub fn is_absolute(path: &str) -> bool {
+    let mut letters = path.chars();
+    let (first, second) = (letters.next(), letters.next());
+    first == Some('/') || (first.is_some_and(|letter| letter.is_ascii_alphabetic()) && second == Some(':'))
 }

@@ -3,13 +3,17 @@
 use super::super::budget::{Budget, fits};
 use super::super::files::{Files, readable};
 use super::super::images::{Curve, Images};
-use super::super::source_location::SourceLocation;
-use super::library::Map;
+use super::super::source_location::{SourceLocation, shown};
+use super::super::warnings::Warnings;
+use super::library::{Map, is_absolute};
+use super::lookup::Lookup;
 use crate::description::{Description, Filter, Texels, TextureImage, TextureUse, Wrap};
 use crate::error::SceneError;
+use crate::missing_file::{has_suggestion, suggesting};
 use glam::{DAffine2, DVec2, Vec3};
 use std::borrow::Cow;
 use std::collections::HashMap;
+use std::io::ErrorKind;
 use std::sync::Arc;
 
 /// Height of a white texel over a black one with `-bm 1`, in widths of the image.
@@ -22,6 +26,9 @@ pub struct Used<'a> {
     pub description: &'a mut Description,
     pub images: &'a mut Images,
     pub files: &'a mut dyn Files,
+    pub lookup: &'a mut Lookup,
+    pub budget: &'a mut Budget,
+    pub warnings: &'a mut Warnings,
 }
 
 /// Images that were computed, by the files and the way.
@@ -30,14 +37,9 @@ pub struct Derived {
     index: HashMap<(String, String), usize>,
 }
 
-/// Returns the use of a map of colours.
-pub fn colors(
-    map: &Map,
-    used: &mut Used,
-    budget: &mut Budget,
-    site: &SourceLocation,
-) -> Result<TextureUse, SceneError> {
-    let image = decoded(map, Curve::Srgb, used, budget, site)?;
+/// Returns the use of a map of colours, which the library `file` names.
+pub fn colors(map: &Map, used: &mut Used, file: &str) -> Result<TextureUse, SceneError> {
+    let image = decoded(map, Curve::Srgb, used, file)?;
     Ok(placed(map, image))
 }
 
@@ -48,10 +50,9 @@ pub fn normals(
     is_normal_map: bool,
     derived: &mut Derived,
     used: &mut Used,
-    budget: &mut Budget,
-    site: &SourceLocation,
+    file: &str,
 ) -> Result<TextureUse, SceneError> {
-    let image = decoded(map, Curve::Linear, used, budget, site)?;
+    let image = decoded(map, Curve::Linear, used, file)?;
     let heights = &used.images.all[image];
     if is_normal_map || has_normals(texels(heights)) {
         return Ok(placed(map, image));
@@ -60,7 +61,7 @@ pub fn normals(
     let image = match derived.index.get(&key) {
         Some(&known) => known,
         None => {
-            fits(size_of::<[f32; 4]>() as u64 * texels(heights).len() as u64, site)?;
+            fits(size_of::<[f32; 4]>() as u64 * texels(heights).len() as u64, &map.site(file))?;
             let normals = normals_of(heights);
             used.images.all.push(normals.into());
             derived.index.insert(key, used.images.all.len() - 1);
@@ -76,8 +77,7 @@ pub fn roughness_and_metalness(
     (rough, metal): (Option<&Map>, Option<&Map>),
     derived: &mut Derived,
     used: &mut Used,
-    budget: &mut Budget,
-    site: &SourceLocation,
+    file: &str,
 ) -> Result<Option<TextureUse>, SceneError> {
     let Some(first) = rough.or(metal) else { return Ok(None) };
     let path = |map: Option<&Map>| map.map_or_else(String::new, |map| map.path.clone());
@@ -85,13 +85,12 @@ pub fn roughness_and_metalness(
     if let Some(&known) = derived.index.get(&key) {
         return Ok(Some(placed(first, known)));
     }
-    let mut read =
-        |map: Option<&Map>| map.map(|map| decoded(map, Curve::Linear, used, budget, site)).transpose();
+    let mut read = |map: Option<&Map>| map.map(|map| decoded(map, Curve::Linear, used, file)).transpose();
     let sources = [read(rough)?, read(metal)?];
     let sources = sources.map(|source| source.and_then(|index| used.images.all.get(index)).map(Arc::as_ref));
     let sides = |side: fn(&TextureImage) -> u32| sources.iter().flatten().map(|image| side(image)).max();
     let (width, height) = (sides(|image| image.width).unwrap_or(1), sides(|image| image.height).unwrap_or(1));
-    fits(4 * u64::from(width) * u64::from(height), site)?;
+    fits(4 * u64::from(width) * u64::from(height), &first.site(file))?;
     let at = |source: Option<&TextureImage>, x: u32, y: u32| {
         let Some(image) = source else { return 255 };
         let scaled = |at: u32, from: u32, to: u32| (u64::from(at) * u64::from(to) / u64::from(from)) as usize;
@@ -111,18 +110,45 @@ pub fn roughness_and_metalness(
     Ok(Some(placed(first, used.images.all.len() - 1)))
 }
 
-/// Returns the index of the image of a map.
-fn decoded(
+/// Returns the index of the image of a map, which the library `file` names. An image that is
+/// missing at its path is looked for by its name.
+fn decoded(map: &Map, curve: Curve, used: &mut Used, file: &str) -> Result<usize, SceneError> {
+    let site = map.site(file);
+    let read = image(&map.path, map, curve, used, &site);
+    let (fault, has_suggestion) = match &read {
+        Err(SceneError::Resource { source, .. }) if source.kind() == ErrorKind::NotFound => {
+            ("is missing", has_suggestion(source))
+        }
+        // The image may be where the library is now.
+        Err(SceneError::Outside { .. }) if is_absolute(&map.written) => {
+            ("lies outside the scene's folder", true)
+        }
+        _ => return read,
+    };
+    if let Some(found) = used.lookup.find(&map.written, &map.folder, used.files) {
+        let (written, shown_found) = (shown(&map.written), shown(&found));
+        let place = format!("{file}: {}", site.place);
+        used.warnings.once(format!("{place}: \"{written}\" {fault}; \"{shown_found}\" is used in its place"));
+        return image(&found, map, curve, used, &site);
+    }
+    match used.lookup.similar(&map.written, &map.folder, used.files) {
+        Some(name) if !has_suggestion => Err(site.resource(&map.written, suggesting(&name))),
+        _ => read,
+    }
+}
+
+/// Returns the index of the image at a path, which `map` names.
+fn image(
+    path: &str,
     map: &Map,
     curve: Curve,
     used: &mut Used,
-    budget: &mut Budget,
     site: &SourceLocation,
 ) -> Result<usize, SceneError> {
-    used.images.get(&map.path, curve, site, || {
+    used.images.get(path, curve, site, || {
         let bytes =
-            used.files.read(&map.path, readable()).map_err(|source| site.resource(&map.path, source))?;
-        budget.extend(bytes.len());
+            used.files.read(path, readable()).map_err(|source| site.resource(&map.written, source))?;
+        used.budget.extend(bytes.len());
         Ok(Cow::Owned(bytes))
     })
 }

@@ -1,8 +1,6 @@
 //! Converts MTL materials to those of the description.
 
-use super::super::budget::Budget;
 use super::super::source_location::{SourceLocation, shown};
-use super::super::warnings::Warnings;
 use super::library::{Entry, Libraries, Map};
 use super::maps::{self, Derived, Used};
 use crate::description::{
@@ -47,13 +45,7 @@ impl Materials {
 
     /// Returns the index of the material `name` in the description, and adds it at its first use;
     /// "" stands for no material.
-    pub fn get(
-        &mut self,
-        name: &str,
-        used: &mut Used,
-        budget: &mut Budget,
-        warnings: &mut Warnings,
-    ) -> Result<usize, SceneError> {
+    pub fn get(&mut self, name: &str, used: &mut Used) -> Result<usize, SceneError> {
         if let Some(&index) = self.index.get(name) {
             return Ok(index);
         }
@@ -62,11 +54,11 @@ impl Materials {
                 let place = format!("line {}, newmtl {}", entry.line, shown(name));
                 let site = SourceLocation::new(&entry.file, place);
                 let derived = &mut self.derived;
-                Converter { entry, site, used, derived, budget, warnings }.material(name)?
+                Converter { entry, site, used, derived }.material(name)?
             }
             None if name.is_empty() => grey("default"),
             None => {
-                warnings.tally(
+                used.warnings.tally(
                     "materials that no library (mtllib) has, diffuse grey",
                     1,
                     &format!("usemtl {}", shown(name)),
@@ -86,8 +78,6 @@ struct Converter<'a, 'b> {
     site: SourceLocation<'a>,
     used: &'a mut Used<'b>,
     derived: &'a mut Derived,
-    budget: &'a mut Budget,
-    warnings: &'a mut Warnings,
 }
 
 impl Converter<'_, '_> {
@@ -110,16 +100,16 @@ impl Converter<'_, '_> {
             return Err(self.site.malformed(problem, "emission must be 0 or more and at most 1e18"));
         }
         if material.emission != DVec3::ZERO {
-            material.emission_texture = self.colors(entry.emission_map.as_ref(), "map_Ke")?;
+            material.emission_texture = self.colors(entry.emission_map.as_ref())?;
         }
         if entry.normal_map.is_some() && entry.bump_map.is_some() {
-            self.warnings
+            self.used
+                .warnings
                 .once("materials with both a normal map (norm) and map_Bump show the normal map alone");
         }
         if let Some(map) = entry.normal_map.as_ref().or(entry.bump_map.as_ref()) {
             let is_normal_map = entry.normal_map.is_some();
-            let site = self.site.member(if is_normal_map { "norm" } else { "map_Bump" });
-            let normals = maps::normals(map, is_normal_map, self.derived, self.used, self.budget, &site)?;
+            let normals = maps::normals(map, is_normal_map, self.derived, self.used, &entry.file)?;
             (material.normal_texture, material.normal_scale) = (Some(normals), map.bump);
         }
         Ok(material)
@@ -142,7 +132,7 @@ impl Converter<'_, '_> {
         let mirror = entry.exponent.filter(|_| shines && matches!(model, Some(3 | 5)));
         let glossy = shines && mirror.is_none() && !matches!(model, Some(0 | 1));
         if !glossy {
-            self.warnings.tally(
+            self.used.warnings.tally(
                 "reflection maps (map_Ks) of materials whose Ks and Ns do not make them glossy, ignored",
                 u64::from(entry.specular_map.is_some()),
                 &self.site.place,
@@ -153,7 +143,7 @@ impl Converter<'_, '_> {
         }
         if is_glass {
             if entry.filter.is_some_and(|filter| filter != DVec3::ONE) {
-                self.warnings.once("coloured glass (Tf) is not supported: glass is clear");
+                self.used.warnings.once("coloured glass (Tf) is not supported: glass is clear");
             }
             return Ok(Dielectric { ior: self.ior(1e-3) }.into());
         }
@@ -163,7 +153,7 @@ impl Converter<'_, '_> {
         if glossy {
             return self.glossy(diffuse, specular);
         }
-        let texture = self.colors(entry.diffuse_map.as_ref(), "map_Kd")?;
+        let texture = self.colors(entry.diffuse_map.as_ref())?;
         Ok(Lambertian { albedo: diffuse, texture }.into())
     }
 
@@ -175,18 +165,17 @@ impl Converter<'_, '_> {
         let [roughness, metallic, _] = self.share(factors.into()).to_array();
         let (rough, metal) = (entry.roughness_map.as_ref(), entry.metallic_map.as_ref());
         if let (Some(a), Some(b)) = (rough, metal) {
-            self.warnings.tally(
+            self.used.warnings.tally(
                 "materials whose map_Pm has another placement than their map_Pr, placed as map_Pr",
                 u64::from((a.scale, a.offset, a.clamp) != (b.scale, b.offset, b.clamp)),
                 &self.site.place,
             );
         }
-        let site = self.site.member(if rough.is_some() { "map_Pr" } else { "map_Pm" });
         let metallic_roughness_texture =
-            maps::roughness_and_metalness((rough, metal), self.derived, self.used, self.budget, &site)?;
+            maps::roughness_and_metalness((rough, metal), self.derived, self.used, &entry.file)?;
         let surface = MetallicRoughness {
             base_color,
-            texture: self.colors(entry.diffuse_map.as_ref(), "map_Kd")?,
+            texture: self.colors(entry.diffuse_map.as_ref())?,
             metallic,
             roughness,
             metallic_roughness_texture,
@@ -204,7 +193,7 @@ impl Converter<'_, '_> {
         let is_grey = factor.min_element() == factor.max_element() && entry.specular_map.is_none();
         let mut surface = MetallicRoughness {
             base_color,
-            texture: self.colors(entry.diffuse_map.as_ref(), "map_Kd")?,
+            texture: self.colors(entry.diffuse_map.as_ref())?,
             metallic: 0.0,
             roughness: roughness(entry.exponent.unwrap_or(0.0)),
             // Many programs write 1 for opaque materials, which would not reflect.
@@ -214,7 +203,7 @@ impl Converter<'_, '_> {
         if is_grey {
             surface.ior = scaled_ior(surface.ior, factor.x);
         } else {
-            let color_texture = self.colors(entry.specular_map.as_ref(), "map_Ks")?;
+            let color_texture = self.colors(entry.specular_map.as_ref())?;
             let layer = Specular { color: factor, color_texture, ..Specular::default() };
             surface.layers = Layers { specular: Some(layer), ..Layers::default() };
         }
@@ -222,16 +211,15 @@ impl Converter<'_, '_> {
     }
 
     /// Returns the use of a map of colours.
-    fn colors(&mut self, map: Option<&Map>, member: &str) -> Result<Option<TextureUse>, SceneError> {
-        let Some(map) = map else { return Ok(None) };
-        maps::colors(map, self.used, self.budget, &self.site.member(member)).map(Some)
+    fn colors(&mut self, map: Option<&Map>) -> Result<Option<TextureUse>, SceneError> {
+        map.map(|map| maps::colors(map, self.used, &self.entry.file)).transpose()
     }
 
     /// Returns factors within 0 to 1, with a warning if they are not.
     fn share(&mut self, value: DVec3) -> DVec3 {
         let clamped = value.clamp(DVec3::ZERO, DVec3::ONE);
         let changed = u64::from(clamped != value);
-        self.warnings.tally("material factors outside 0 to 1, clamped", changed, &self.site.place);
+        self.used.warnings.tally("material factors outside 0 to 1, clamped", changed, &self.site.place);
         clamped
     }
 
@@ -241,7 +229,11 @@ impl Converter<'_, '_> {
         if (least..=1000.0).contains(&ior) {
             return ior;
         }
-        self.warnings.tally("indices of refraction (Ni) out of range, taken as 1.5", 1, &self.site.place);
+        self.used.warnings.tally(
+            "indices of refraction (Ni) out of range, taken as 1.5",
+            1,
+            &self.site.place,
+        );
         GLASS
     }
 }

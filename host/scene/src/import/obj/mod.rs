@@ -6,6 +6,7 @@
 mod geometry;
 mod library;
 mod lines;
+mod lookup;
 mod maps;
 mod material;
 mod smoothing;
@@ -22,6 +23,7 @@ use crate::error::SceneError;
 use geometry::{Geometry, Group, NONE};
 use glam::{DAffine3, DVec3};
 use lines::Source;
+use lookup::Lookup;
 use material::Materials;
 use std::collections::HashMap;
 
@@ -63,13 +65,16 @@ use std::collections::HashMap;
 /// * `d` below 1 (or `Tr` above 0) is opacity, except for glass.
 /// * Maps take the options `-s`, `-o` and `-clamp`.
 /// * Ambient light (`Ka`) is ignored.
-/// * Faces without a material, or with one that no library defines, are diffuse grey.
+/// * Faces without a material, or with one that no library defines, are diffuse grey. A library that
+///   is missing defines none, with a warning.
+/// * An image that is missing at its path is looked for by its name, beside its library and below
+///   the folder of the file, in the folders that end its path; if found, with a warning.
 ///
 /// # Errors
 ///
 /// * [`SceneError::Invalid`] with the line, for text that is not OBJ or MTL
-/// * [`SceneError::Resource`] and [`SceneError::Outside`] for libraries and images that `files`
-///   does not give
+/// * [`SceneError::Resource`] and [`SceneError::Outside`] for images that `files` does not give, and
+///   for libraries that it refuses
 /// * [`SceneError::Malformed`], [`SceneError::Unsupported`] and [`SceneError::TooLarge`] for their
 ///   content
 pub fn parse(bytes: &[u8], name: &str, files: &mut dyn Files) -> Result<Description, SceneError> {
@@ -103,6 +108,7 @@ fn read(
     let mut description = Description::default();
     let mut materials = Materials::new(libraries);
     let mut images = Images::default();
+    let mut lookup = Lookup::default();
     let origin = origin::choose(geometry.corners());
     let transform = DAffine3::from_translation(origin);
     for group in &geometry.groups {
@@ -114,8 +120,15 @@ fn read(
         let mut mesh = mesh(&geometry, group, origin);
         check_uvs(&mut mesh.uvs, &site, &mut warnings);
         let Some(mut mesh) = finish(mesh, &site, &mut warnings) else { continue };
-        let mut used = maps::Used { description: &mut description, images: &mut images, files: &mut *files };
-        mesh.material = materials.get(geometry.material(group), &mut used, &mut budget, &mut warnings)?;
+        let mut used = maps::Used {
+            description: &mut description,
+            images: &mut images,
+            files: &mut *files,
+            lookup: &mut lookup,
+            budget: &mut budget,
+            warnings: &mut warnings,
+        };
+        mesh.material = materials.get(geometry.material(group), &mut used)?;
         if check_instance(extent(&mesh), 0, &transform, &mut budget, &site)? {
             description.instances.push(Instance { mesh: description.meshes.len(), transform });
             description.meshes.push(mesh);
@@ -153,6 +166,8 @@ fn mesh(geometry: &Geometry, group: &Group, origin: DVec3) -> Mesh {
     mesh
 }
 
+#[cfg(test)]
+mod lookup_tests;
 #[cfg(test)]
 mod smoothing_tests;
 #[cfg(test)]
