@@ -1,7 +1,8 @@
 //! Converts MTL materials to those of the description.
 
 use super::super::source_location::{SourceLocation, shown};
-use super::library::{Entry, Libraries, Map};
+use super::library::{Entry, Libraries};
+use super::map::Map;
 use super::maps::{self, Derived, Used};
 use crate::description::{
     Alpha, Conductor, Dielectric, Lambertian, Material, MetallicRoughness, Surface, TextureUse,

@@ -7,6 +7,7 @@ mod geometry;
 mod library;
 mod lines;
 mod lookup;
+mod map;
 mod maps;
 mod material;
 mod smoothing;
