@@ -55,7 +55,7 @@ impl CameraPath {
     pub fn parse(text: &str, name: &str) -> Result<Self, SceneError> {
         let file: File = ron::from_str(text).map_err(|error| {
             let place = error.span.start;
-            SceneError::at(name, text, place.line, place.col, crate::format::quoted(&error.code))
+            SceneError::at(name, text, place.line, place.col, crate::ron_error::message(&error.code))
         })?;
         let refused = |message: String| SceneError::Inconsistent { file: name.to_owned(), message };
         if file.version != VERSION {

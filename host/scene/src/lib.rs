@@ -38,6 +38,7 @@ mod ranges;
 mod records;
 mod resolve;
 mod ron_edit;
+mod ron_error;
 mod ron_text;
 mod scene_document;
 mod shared_meshes;

@@ -92,6 +92,44 @@ mod tests {
     use std::fs;
     use trisect_system::input;
 
+    /// Each kind of file that a scene names, at the place of its name.
+    #[test]
+    fn files_of_a_scene_are_explained() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::create_dir(at("maps")).unwrap();
+        for file in ["wood.png", "house.obj", "dusk.hdr", "cloud.vol"] {
+            fs::write(at("maps").join(file), b"").unwrap();
+        }
+        let error = |fields: &str| {
+            let text = format!(
+                "Scene(version: 1, image: (width: 1, height: 1), camera: (look_from: (0, 0, 1), look_at: (0, 0, 0), vertical_fov: 9),\n{fields})"
+            );
+            fs::write(at("scene.ron"), text).unwrap();
+            crate::SceneDocument::load(&at("scene.ron")).map(|_| ()).unwrap_err().to_string()
+        };
+        for (fields, similar) in [
+            ("textures: {\"a\": (file: \"maps/wod.png\")}, materials: {}, objects: []", "wood.png"),
+            ("materials: {}, objects: [Mesh(file: \"maps/hose.obj\")]", "house.obj"),
+            ("sky: Image(file: \"maps/dsuk.hdr\"), materials: {}, objects: []", "dusk.hdr"),
+            (
+                "media: {\"a\": (grid: (file: \"maps/clouds.vol\"), extinction: (1, 1, 1))}, materials: {}, objects: []",
+                "cloud.vol",
+            ),
+        ] {
+            let message = error(fields);
+            assert!(message.contains("scene.ron:2:"), "{message}");
+            assert!(message.contains(&format!("(os error 2); did you mean \"{similar}\"?")), "{message}");
+            let elsewhere = error(&fields.replace("maps/", "pictures/"));
+            assert!(elsewhere.contains("(os error 2); there is no folder \""), "{elsewhere}");
+            // Negative control: nothing there has such a name.
+            let other = error(&fields.replace("maps/", "maps/another_"));
+            assert!(other.contains("(os error 2)\n") && !other.contains("did you mean"), "{other}");
+        }
+        let misspelt = crate::SceneDocument::load(&at("scne.ron")).map(|_| ()).unwrap_err().to_string();
+        assert!(misspelt.ends_with("did you mean \"scene.ron\"?"), "{misspelt}");
+    }
+
     #[test]
     fn missing_files_are_explained() {
         let folder = tempfile::tempdir().unwrap();

@@ -5,9 +5,14 @@ use strsim::osa_distance;
 /// Maximum length of a word that is compared, in characters.
 const MAX_LENGTH: usize = 100;
 
-/// Returns the file name nearest to `word`, if one is near: at most as many characters are
-/// wrong, missing, extra or swapped as a third of the name without its extension has. Case does not
-/// count. Otherwise, the same name with another extension is near.
+/// Returns the name nearest to `word`, if one is near: at most a third of the characters are wrong,
+/// missing, extra or swapped with the next. Case does not count.
+pub(crate) fn nearest<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    nearest_by(word, names, |name| name)
+}
+
+/// Returns the file name nearest to `word`, if one is near by [`nearest`] without counting the
+/// characters of the extension, or else one that has another extension.
 pub(crate) fn nearest_file<'a>(word: &str, names: &[&'a str]) -> Option<&'a str> {
     let other_extension = || {
         let of_word = stem(word).to_lowercase();
@@ -45,6 +50,26 @@ fn stem(name: &str) -> &str {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn misspelt_words_are_near() {
+        let names = ["base_color", "roughness", "roughness_texture", "metallic", "up", "k"];
+        for (word, expected) in [
+            ("rougness", "roughness"),
+            ("roguhness", "roughness"),
+            ("Metallic", "metallic"),
+            ("mettalic", "metallic"),
+            ("basecolour", "base_color"),
+            ("roughnesstexture", "roughness_texture"),
+            ("upp", "up"),
+        ] {
+            assert_eq!(nearest(word, names), Some(expected), "{word}");
+        }
+        // Negative controls: short words and others are not near, and no word is near itself.
+        for word in ["", "u", "n", "albedo", "specular", "k", &"roughness".repeat(20)] {
+            assert_eq!(nearest(word, names), None, "{word}");
+        }
+    }
 
     #[test]
     fn file_names_are_near_by_their_stems() {

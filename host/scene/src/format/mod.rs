@@ -25,6 +25,7 @@ use super::error::SceneError;
 use super::light::PunctualLight;
 use super::material::surface::TextureRole;
 use super::portal::Portal;
+use super::ron_error::message;
 use super::surroundings::PANORAMAS;
 use super::values::{Count, Length, Point, some};
 use name::unique_names;
@@ -143,16 +144,11 @@ fn supported_version<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, 
     }
 }
 
-/// Returns the parser's message. It has names in quotes, because backquotes stand for settings.
-pub(crate) fn quoted(error: &ron::Error) -> String {
-    error.to_string().replace('`', "\"")
-}
-
 /// Parses the text of a scene file; `file` stands for it in messages.
 pub fn parse<'a>(text: &'a str, file: &'a str) -> Result<SceneFile<'a>, SceneError> {
     let mut scene: SceneFile<'a> = ron::from_str(text).map_err(|error| {
         let place = error.span.start;
-        SceneError::at(file, text, place.line, place.col, quoted(&error.code))
+        SceneError::at(file, text, place.line, place.col, message(&error.code))
     })?;
     scene.source = Source { file, text };
     scene.check_names()?;

@@ -1,7 +1,8 @@
 //! Names of materials, textures and other files in a scene file, with their places.
 
 use crate::error::SceneError;
-use crate::import::Folder;
+use crate::import::{Folder, shown};
+use crate::ron_error::{list, suggestion};
 use ron::value::RawValue;
 use serde::de::{Error as _, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
@@ -106,13 +107,12 @@ impl<'a> Index<'a> {
     /// Returns the index of the entry that a name refers to.
     pub fn find(&self, name: &Name, source: Source) -> Result<usize, SceneError> {
         self.of.get(name.name.as_str()).copied().ok_or_else(|| {
-            let known: BTreeSet<&str> = self.of.keys().copied().collect();
-            let mut list: Vec<&str> = known.iter().take(8).copied().collect();
-            if known.len() > list.len() {
-                list.push("…");
-            }
-            let has = if list.is_empty() { "nothing".to_owned() } else { list.join(", ") };
-            source.at(name, format!("unknown {} \"{}\"; `{}` has: {has}", self.kind, name.name, self.field))
+            let mut known: Vec<&str> = self.of.keys().copied().collect();
+            known.sort_unstable();
+            let has = if known.is_empty() { "nothing".to_owned() } else { list(&known) };
+            let suggestion = suggestion(&name.name, &known).unwrap_or_else(|| ";".to_owned());
+            let (kind, field, name_shown) = (self.kind, self.field, shown(&name.name));
+            source.at(name, format!("unknown {kind} \"{name_shown}\"{suggestion} `{field}` has: {has}"))
         })
     }
 }

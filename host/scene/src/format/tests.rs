@@ -224,7 +224,7 @@ fn faults_are_placed() {
             "material: \"globe\"",
             "material: \"glob\"",
             31,
-            &["unknown material \"glob\"", "brass, defaults", "…"],
+            &["unknown material \"glob\": did you mean \"globe\"?", "brass, defaults"],
         ),
         ("v: (0, 1, 0)", "v: (-2, 0, 0)", 32, &["Quad", "parallel"]),
         ("v: (0, 1, 0)", "v: (0, 1e-19, 0)", 32, &["Quad", "1e-18 long"]),

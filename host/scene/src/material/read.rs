@@ -3,6 +3,7 @@
 
 use super::surface::Surface;
 use super::{Alpha, Emissive, Material};
+use crate::ron_error::unknown_field;
 use crate::values::{Radiance, Share, TextureNumber, vector};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{DeserializeSeed, EnumAccess, Error, IntoDeserializer, MapAccess, VariantAccess, Visitor};
@@ -63,7 +64,7 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for Fields<T> {
             return Ok(Written { material: emissive.into(), medium: None });
         }
         let mut common = Common::new();
-        let fields = SurfaceFields { map, common: &mut common };
+        let fields = SurfaceFields { map, surface: &self.name, common: &mut common };
         let surface = Surface::read(&self.name, MapAccessDeserializer::new(fields))?;
         let medium = common.medium.take();
         Ok(Written { material: common.material(surface), medium })
@@ -158,6 +159,8 @@ impl<T> Common<T> {
 /// The fields of a map that are not in [`Common`].
 struct SurfaceFields<'a, A, T> {
     map: A,
+    /// Name of the surface.
+    surface: &'a str,
     common: &'a mut Common<T>,
 }
 
@@ -167,9 +170,13 @@ impl<'de, A: MapAccess<'de>, T: Deserialize<'de>> MapAccess<'de> for SurfaceFiel
     fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, A::Error> {
         while let Some(Identifier(name)) = self.map.next_key()? {
             if !self.common.read(&name, &mut self.map)? {
-                return seed.deserialize(name.into_deserializer()).map(Some).map_err(|error: A::Error| {
-                    let common = Common::<T>::NAMES.map(|name| format!("`{name}`")).join(", ");
-                    A::Error::custom(format_args!("{error}; every such material also takes {common}"))
+                let key = seed.deserialize(name.as_str().into_deserializer());
+                return key.map(Some).map_err(|error: FieldError| match error {
+                    FieldError::Unknown(fields) => {
+                        let known = [fields, &Common::<T>::NAMES].concat();
+                        A::Error::custom(unknown_field(&name, self.surface, &known))
+                    }
+                    FieldError::Other(message) => A::Error::custom(message),
                 });
             }
         }
@@ -178,6 +185,35 @@ impl<'de, A: MapAccess<'de>, T: Deserialize<'de>> MapAccess<'de> for SurfaceFiel
 
     fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, A::Error> {
         self.map.next_value_seed(seed)
+    }
+}
+
+/// Error of reading the name of a field.
+#[derive(Debug)]
+enum FieldError {
+    /// The surface has other fields, these.
+    Unknown(&'static [&'static str]),
+    Other(String),
+}
+
+impl fmt::Display for FieldError {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Unknown(fields) => write!(formatter, "an unknown field; known: {}", fields.join(", ")),
+            Self::Other(message) => formatter.write_str(message),
+        }
+    }
+}
+
+impl std::error::Error for FieldError {}
+
+impl Error for FieldError {
+    fn custom<M: fmt::Display>(message: M) -> Self {
+        Self::Other(message.to_string())
+    }
+
+    fn unknown_field(_: &str, expected: &'static [&'static str]) -> Self {
+        Self::Unknown(expected)
     }
 }
 
