@@ -160,9 +160,9 @@ pub struct Camera {
     /// Cone angle from a point in focus to the lens; 0, the default, for a pinhole.
     #[serde(default = "default_defocus")]
     pub defocus_angle: Defocus,
-    /// Distance from the lens to the plane in focus; default: 1.
-    #[serde(default = "default_focus")]
-    pub focus_distance: Length,
+    /// Distance from the lens to the plane in focus; default: that of `look_at`.
+    #[serde(default, deserialize_with = "some")]
+    pub focus_distance: Option<Length>,
 }
 
 fn default_up() -> Point {
@@ -171,10 +171,6 @@ fn default_up() -> Point {
 
 fn default_defocus() -> Defocus {
     Defocus(0.0)
-}
-
-fn default_focus() -> Length {
-    Length(1.0)
 }
 
 impl<'de> Deserialize<'de> for Camera {
@@ -198,16 +194,24 @@ impl<'de> Deserialize<'de> for Camera {
 impl Camera {
     /// Returns the camera with angles in radians.
     pub fn pose(&self) -> CameraPose {
+        let (look_from, look_at) = (vector(self.look_from), vector(self.look_at));
+        let focus_distance = self.focus_distance.map(|distance| distance.0);
         CameraPose {
-            look_from: vector(self.look_from),
-            look_at: vector(self.look_at),
+            look_from,
+            look_at,
             up: vector(self.up),
             vertical_fov: self.vertical_fov.as_ref().map_or(FRAC_PI_2, |angle| angle.0.to_radians()),
             parallel_height: self.height.as_ref().map_or(0.0, |height| height.0),
             defocus_angle: self.defocus_angle.0.to_radians(),
-            focus_distance: self.focus_distance.0,
+            focus_distance: focus_distance.unwrap_or_else(|| focus_on(look_at, look_from)),
         }
     }
+}
+
+/// Returns the distance of focus, within its range, at which a point is sharp from `look_from`, if
+/// the camera looks at it.
+pub(crate) fn focus_on(point: DVec3, look_from: DVec3) -> f64 {
+    point.distance(look_from).clamp(MIN_MAGNITUDE, MAX_MAGNITUDE)
 }
 
 /// Formats a camera as the value of the field `camera`.
@@ -224,4 +228,31 @@ pub(crate) fn camera_value(camera: &CameraPose) -> String {
         camera.defocus_angle.to_degrees(),
         camera.focus_distance
     )
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "this is how a test fails")]
+
+    use super::*;
+
+    #[test]
+    fn cameras_focus_on_what_they_look_at() {
+        let pose = |lens: &str| {
+            let text = format!("(look_from: (1, 0, 5), look_at: (1, 4, 2), vertical_fov: 40{lens})");
+            ron::from_str::<Camera>(&text).unwrap().pose()
+        };
+        for lens in ["", ", defocus_angle: 2"] {
+            assert_eq!(pose(lens).focus_distance, 5.0, "{lens}");
+        }
+        // Control: a distance that is stated counts.
+        assert_eq!(pose(", defocus_angle: 2, focus_distance: 1").focus_distance, 1.0);
+        // The distance is within its range, and too large a one is an error where it matters.
+        let far = |lens: &str| {
+            let text = format!("(look_from: (0, 0, -1e18), look_at: (0, 0, 1e18), vertical_fov: 40{lens})");
+            ron::from_str::<Camera>(&text).map(|camera| camera.pose().focus_distance)
+        };
+        assert_eq!(far("").unwrap(), 1e18);
+        assert!(far(", defocus_angle: 1").unwrap_err().to_string().contains("focus_distance"));
+    }
 }

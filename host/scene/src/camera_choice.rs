@@ -1,8 +1,12 @@
 //! Choice of a scene's camera, and changes of its pose, in place of the file's own.
 
+use crate::camera::focus_on;
 use crate::description::Description;
 use crate::{CameraPose, SceneDocument, SceneError};
 use glam::DVec3;
+
+/// Maximum relative difference of two distances of focus that are one: what rounding makes.
+const SAME_FOCUS: f64 = 1e-9;
 
 /// Choice of a scene's camera, and changes of its pose; lengths in scene units, angles in radians.
 /// What is `None` stays as the file has it.
@@ -20,7 +24,8 @@ pub struct CameraChoice {
     pub vertical_fov: Option<f64>,
     /// Cone angle from a point in focus to the lens; 0 for a pinhole.
     pub defocus_angle: Option<f64>,
-    /// Distance from the lens to the plane in focus.
+    /// Distance from the lens to the plane in focus. If `None`, a camera that focuses on what it
+    /// looks at continues to do so.
     pub focus_distance: Option<f64>,
 }
 
@@ -28,13 +33,17 @@ impl CameraChoice {
     /// Returns the changed pose of a camera.
     fn change(&self, pose: &CameraPose) -> CameraPose {
         let Self { name: _, look_from, look_at, up, vertical_fov, defocus_angle, focus_distance } = self;
+        let (from, at) = (look_from.unwrap_or(pose.look_from), look_at.unwrap_or(pose.look_at));
+        let before = focus_on(pose.look_at, pose.look_from);
+        let follows = (pose.focus_distance / before - 1.0).abs() < SAME_FOCUS;
+        let kept = if follows { focus_on(at, from) } else { pose.focus_distance };
         CameraPose {
-            look_from: look_from.unwrap_or(pose.look_from),
-            look_at: look_at.unwrap_or(pose.look_at),
+            look_from: from,
+            look_at: at,
             up: up.unwrap_or(pose.up),
             vertical_fov: vertical_fov.unwrap_or(pose.vertical_fov),
             defocus_angle: defocus_angle.unwrap_or(pose.defocus_angle),
-            focus_distance: focus_distance.unwrap_or(pose.focus_distance),
+            focus_distance: focus_distance.unwrap_or(kept),
             parallel_height: if vertical_fov.is_some() { 0.0 } else { pose.parallel_height },
         }
     }
@@ -116,6 +125,20 @@ mod tests {
             let error = document().choose_camera(&choice).unwrap_err().to_string();
             assert!(error.contains("available: 0 \"camera\", 1 \"side\""), "{error}");
         }
+    }
+
+    /// A plane in focus at `look_at` stays there, and another one keeps its distance.
+    #[test]
+    fn the_focus_follows_what_it_was_on() {
+        let pose = CameraPose { look_from: DVec3::Z * 5.0, look_at: DVec3::ZERO, ..CameraPose::PINHOLE };
+        let moved = |focus_distance: f64, choice: &CameraChoice| {
+            choice.change(&CameraPose { focus_distance, ..pose }).focus_distance
+        };
+        let away = CameraChoice { look_from: Some(DVec3::Z * 7.0), ..CameraChoice::default() };
+        assert_eq!((moved(5.0, &away), moved(5.0 * (1.0 + 1e-15), &away)), (7.0, 7.0));
+        assert_eq!(moved(4.0, &away), 4.0);
+        let stated = CameraChoice { focus_distance: Some(3.0), ..away };
+        assert_eq!(moved(5.0, &stated), 3.0);
     }
 
     #[test]
