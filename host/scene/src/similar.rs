@@ -21,7 +21,8 @@ pub(crate) fn nearest_file<'a>(word: &str, names: &[&'a str]) -> Option<&'a str>
     nearest_by(word, names.iter().copied(), stem).or_else(other_extension)
 }
 
-/// Returns the nearest name to `word`. `counted` gives the part whose length allows for differences.
+/// Returns the nearest name to `word`. `counted` gives the part whose length allows for
+/// differences.
 fn nearest_by<'a>(
     word: &str,
     names: impl IntoIterator<Item = &'a str>,

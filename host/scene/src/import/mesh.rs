@@ -86,7 +86,7 @@ pub(super) fn finish(mut mesh: Mesh, site: &SourceLocation, warnings: &mut Warni
     Some(mesh)
 }
 
-/// Returns the normal of a triangle times its angle at each corner, the weight of its part in smooth
+/// Returns the normal of a triangle times its angle at each corner, which is its weight in smooth
 /// normals; 0 for a triangle without area.
 pub(super) fn corner_normals(points: [DVec3; 3]) -> [DVec3; 3] {
     [0, 1, 2].map(|i| {

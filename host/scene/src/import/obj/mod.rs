@@ -66,16 +66,16 @@ use std::collections::HashMap;
 /// * `d` below 1 (or `Tr` above 0) is opacity, except for glass.
 /// * Maps take the options `-s`, `-o` and `-clamp`.
 /// * Ambient light (`Ka`) is ignored.
-/// * Faces without a material, or with one that no library defines, are diffuse grey. A library that
-///   is missing defines none, with a warning.
+/// * Faces without a material, or with one that no library defines, are diffuse grey. A library
+///   that is missing defines none, with a warning.
 /// * An image that is missing at its path is looked for by its name, beside its library and below
 ///   the folder of the file, in the folders that end its path; if found, with a warning.
 ///
 /// # Errors
 ///
 /// * [`SceneError::Invalid`] with the line, for text that is not OBJ or MTL
-/// * [`SceneError::Resource`] and [`SceneError::Outside`] for images that `files` does not give, and
-///   for libraries that it refuses
+/// * [`SceneError::Resource`] and [`SceneError::Outside`] for images that `files` does not give,
+///   and for libraries that it refuses
 /// * [`SceneError::Malformed`], [`SceneError::Unsupported`] and [`SceneError::TooLarge`] for their
 ///   content
 pub fn parse(bytes: &[u8], name: &str, files: &mut dyn Files) -> Result<Description, SceneError> {

@@ -32,8 +32,8 @@ impl Sum {
 }
 
 impl Smoothing {
-    /// Adds a triangle of a smoothing group to the sums at its corners, and returns its corners with
-    /// the indices of these sums in place of normals. A triangle without area adds nothing.
+    /// Adds a triangle of a smoothing group to the sums at its corners, and returns its corners
+    /// with the indices of these sums in place of normals. A triangle without area adds nothing.
     pub fn add(&mut self, group: u32, triangle: [[u32; 3]; 3], positions: &[[f64; 3]]) -> [[u32; 3]; 3] {
         let added = corner_normals(points(&triangle, positions));
         let mut corners = triangle;
