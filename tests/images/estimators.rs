@@ -10,7 +10,7 @@ use trisect_shared::bsdf;
 use trisect_shared::features::{NAMES, NEEDS, of_material};
 use trisect_tests::renders::{apart, differing, film, independent, lit};
 use trisect_tests::statistics::{BlockTest, Blocks, GLOBAL_LIMIT};
-use trisect_tests::{BackendUnderTest, for_each_backend, root, scene};
+use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
 /// A scene with small settings, and the CPU's samples per pixel with and without light sampling.
 struct Case {
@@ -21,7 +21,7 @@ struct Case {
 }
 
 fn case(name: &'static str, samples: (u32, u32)) -> Case {
-    let scene = Scene::load(&root().join("scenes").join(name)).unwrap();
+    let scene = scene(name);
     let settings = Settings { width: 32, height: 24, depth: 4, ..independent(&scene) };
     Case { name, scene, settings, samples }
 }

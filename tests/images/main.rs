@@ -16,6 +16,7 @@ mod foreign_scenes;
 mod grown_film;
 mod guides;
 mod layers;
+mod light_groups;
 mod light_tree;
 mod media;
 mod mesh_attributes;

@@ -224,6 +224,36 @@ fn images_fit_their_format() {
     check_failure(&trisect(&arguments), &arguments, 1, &wanted);
 }
 
+/// Light groups are layers of an .exr beside the others, and are refused where they cannot be.
+#[test]
+fn light_groups_are_layers() {
+    let folder = folder("lights");
+    let groups = ["--light-group", "ball=objects[0]", "--aov", "id"];
+    let file = render(&folder, "lights.exr", &groups);
+    check_lines(
+        &["exrheader", &file],
+        &[
+            "light_ball.R, 16-bit floating-point",
+            "light_rest.B, 16-bit floating-point",
+            "id, 32-bit unsigned",
+        ],
+    );
+    for (image, options, wanted) in [
+        ("a.png", &["--light-group", "a=sky"][..], "--light-group needs a format with layers"),
+        (
+            "a.exr",
+            &["--light-group", "a=sky", "--budget", "1s"],
+            "--light-group cannot be combined with a goal",
+        ),
+        ("a.exr", &["--light-group", "a=b,sky=c"], "--light-group"),
+    ] {
+        let (scene, image) = (folder.file("a.ron"), folder.file(image));
+        let arguments = [&["render", &scene, "-o", &image, "--backend", "cpu"], options].concat();
+        let code = if wanted == "--light-group" { 4 } else { 2 };
+        check_failure(&trisect(&arguments), &arguments, code, &[wanted]);
+    }
+}
+
 /// A part of an image is as large as asked for; an .exr keeps its place in the whole.
 #[test]
 fn a_crop_keeps_its_place() {
@@ -231,7 +261,9 @@ fn a_crop_keeps_its_place() {
     for crop in ["0.25,0.5,0.75,1", "8,8,24,16"] {
         let file = render(&folder, "crop.exr", &["--crop", crop, "--resolution", "32x16", "--aov", "depth"]);
         let image = Image::read(file.as_ref()).unwrap();
-        assert_eq!((image.width, image.height), (16, 8), "{crop}");
+        // Readers put the part in its place.
+        assert_eq!((image.width, image.height), (32, 16), "{crop}");
+        assert!(image.pixels[0] == [0.0; 3] && image.pixels[8 * 32 + 8] != [0.0; 3], "{crop}");
         let windows =
             ["dataWindow (type box2i): (8 8) - (23 15)", "displayWindow (type box2i): (0 0) - (31 15)"];
         check_lines(&["exrheader", &file], &windows);

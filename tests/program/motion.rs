@@ -48,7 +48,7 @@ fn a_path_moves_the_camera() {
     let path = folder.file("path.ron");
     fs::write(&path, format!("CameraPath(version: 1, keys: [{}, {}])", key(0, -2.0), key(2, 2.0))).unwrap();
     let scene = folder.file("still.ron");
-    let still = "Scene(version: 1, camera: (look_from: (0, 0, 6), look_at: (0, 0, 0), vertical_fov: 40), \
+    let still = "Scene(version: 1, image: (width: 24, height: 32), camera: (look_from: (0, 0, 6), look_at: (0, 0, 0), vertical_fov: 40), \
         materials: { \"a\": Lambertian(albedo: (0.5, 0.5, 0.5)) }, \
         objects: [Box(min: (-1, -1, -1), max: (1, 1, 1), material: \"a\")])";
     fs::write(&scene, still).unwrap();
@@ -228,7 +228,7 @@ fn what_does_not_move_and_what_cannot_be_is_refused() {
         fails(&[&["render", "-o", &image], scene, SMALL, more].concat(), code, words);
     };
     let frames = ["--frames", "0..2"];
-    refused("", &frames, 2, &["--frames is for models that move", "name a scene or a model"]);
+    refused("", &frames, 2, &["--frames is for scenes in files", "name a scene or a model"]);
     let still = sliding_square([1.0, 0.0, 0.0]).replace("animations", "extras");
     fs::write(folder.path("still.gltf"), still).unwrap();
     let still = folder.file("still.gltf");

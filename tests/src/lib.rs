@@ -132,13 +132,20 @@ pub fn root() -> PathBuf {
         .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join(".."), PathBuf::from)
 }
 
-/// Loads a scene of the project from `scenes/`.
+/// Returns the path of a scene of the project: in `scenes/`, or in `tests/scenes/` if it is one of
+/// the tests alone.
+pub fn scene_path(name: &str) -> PathBuf {
+    let shared = root().join("scenes").join(name);
+    if shared.exists() { shared } else { root().join("tests/scenes").join(name) }
+}
+
+/// Loads a scene of the project.
 ///
 /// # Panics
 ///
 /// If it cannot be read.
 pub fn scene(name: &str) -> Scene {
-    match Scene::load(&root().join("scenes").join(name)) {
+    match Scene::load(&scene_path(name)) {
         Ok(scene) => scene,
         Err(error) => panic!("{error}"),
     }

@@ -91,7 +91,7 @@ pub fn differing(a: &Film, b: &Film) -> usize {
     a.pixels.iter().zip(&b.pixels).filter(|&(a, b)| bits(a) != bits(b)).count()
 }
 
-/// Returns all scene files of the project and its glTF model. `mesh.ron` is left out with a message
+/// Returns all scene files of the project, those of the tests among them, and its glTF model. `mesh.ron` is left out with a message
 /// if its mesh has not been generated.
 ///
 /// # Panics
@@ -100,10 +100,12 @@ pub fn differing(a: &Film, b: &Film) -> usize {
 pub fn scene_files() -> Vec<PathBuf> {
     let folder = crate::root().join("scenes");
     let Ok(entries) = std::fs::read_dir(&folder) else { panic!("{}", folder.display()) };
+    let of_tests = std::fs::read_dir(crate::root().join("tests/scenes")).into_iter().flatten();
+    let entries = entries.chain(of_tests);
     let mut files: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
     files.retain(|path| path.extension().is_some_and(|extension| extension == "ron"));
     files.push(folder.join("gltf/features.gltf"));
-    files.sort();
+    files.sort_by_key(|path| path.file_name().map(ToOwned::to_owned));
     let mesh = folder.join("generated/asteroid.ply");
     files.retain(|path| {
         let there = !path.ends_with("mesh.ron") || mesh.exists();

@@ -49,15 +49,15 @@ pub enum ImageError {
     /// An image would be printed on a terminal.
     #[error("standard output is a terminal, which shows no image; name a file, or pipe it into a program")]
     ToTerminal,
-    /// Floats of 32 bits are chosen, and the format has no such choice.
-    #[error("{}: `float` is for formats with radiance; leave it out, or use .exr", path.display())]
-    NoFloats {
-        /// Path of the file.
-        path: PathBuf,
-    },
     /// Layers are asked for, and the format has none.
     #[error("{}: `aov` needs a format with layers; use .exr", path.display())]
     NoLayers {
+        /// Path of the file.
+        path: PathBuf,
+    },
+    /// Light groups are asked for, and the format has no layers.
+    #[error("{}: `light_group` needs a format with layers; use .exr", path.display())]
+    NoLightGroups {
         /// Path of the file.
         path: PathBuf,
     },

@@ -173,6 +173,7 @@ pub mod denoise;
 pub mod error;
 pub mod film;
 pub mod layers;
+pub mod light_groups;
 pub mod lights;
 pub mod metadata;
 mod passes;

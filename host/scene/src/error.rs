@@ -1,6 +1,7 @@
 //! Errors of reading a scene: the problem, its place and a remedy.
 
 use super::missing_file::{explained, has_suggestion};
+use super::shown_text::shown;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -22,6 +23,16 @@ fn remedy(source: &std::io::Error, file: &str) -> String {
         return String::new();
     }
     format!("; it must be at this path, relative to the folder of {file}")
+}
+
+/// Returns the first comment of a scene's text that has the name of one of the files in a line.
+fn comment_on_files(text: &str, line: usize) -> Option<&str> {
+    let line = text.lines().nth(line.checked_sub(1)?)?;
+    let quoted = line.split('"').skip(1).step_by(2);
+    let names: Vec<&str> =
+        quoted.filter(|word| word.contains('.')).filter_map(|word| word.rsplit('/').next()).collect();
+    let comments = text.lines().filter_map(|line| line.trim_start().strip_prefix("//"));
+    comments.map(str::trim).find(|comment| names.iter().any(|name| comment.contains(name)))
 }
 
 /// An error that makes a scene unusable.
@@ -139,6 +150,19 @@ pub enum SceneError {
 }
 
 impl SceneError {
+    /// Returns the error with what a comment of the scene's text says about a file that is missing,
+    /// such as the command that makes it.
+    pub(crate) fn with_comment(self, text: &str) -> Self {
+        let Self::Invalid { file, line, column, message, excerpt } = self else { return self };
+        let is_missing = message.contains("No such file");
+        let comment = comment_on_files(text, line).filter(|_| is_missing);
+        let message = match comment {
+            Some(comment) => format!("{message}; the scene says: {}", shown(comment)),
+            None => message,
+        };
+        Self::Invalid { file, line, column, message, excerpt }
+    }
+
     /// Returns the error for a file that cannot be read. For a missing one it names a similar file.
     pub(crate) fn read(path: &Path, source: std::io::Error) -> Self {
         Self::Read { path: path.to_owned(), source: explained(path, source) }
@@ -160,5 +184,18 @@ impl SceneError {
         let mark = " ".repeat(column.saturating_sub(1 + skipped).min(200)) + "^";
         let excerpt = format!("{line:5} | {shown}\n      | {mark}");
         Self::Invalid { file: file.to_owned(), line, column, message, excerpt }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_comment_on_a_file_is_found() {
+        let text = "// make it:\n//     generate a.ply\n// b.ply is there\nMesh(file: \"meshes/a.ply\"),\n";
+        assert_eq!(comment_on_files(text, 4), Some("generate a.ply"));
+        assert_eq!((comment_on_files(text, 1), comment_on_files(text, 9)), (None, None));
+        assert_eq!(comment_on_files("Mesh(file: \"a.ply\")", 1), None);
     }
 }

@@ -1,6 +1,6 @@
 //! Explains that a file is missing by what is there in its place.
 
-use super::import::shown;
+use super::shown_text::shown;
 use super::similar::nearest_file;
 use std::io::{Error, ErrorKind};
 use std::path::Path;

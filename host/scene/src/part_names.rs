@@ -39,7 +39,13 @@ pub(crate) fn all(scene: &Description) -> Vec<PartName> {
             "" => format!("mesh {}", instance.mesh),
             name => name.to_owned(),
         };
-        let of_file = object(&scene.instance_objects, index);
+        // An object without a name of its own may be a model of several parts.
+        let has_name = scene
+            .instance_objects
+            .get(index)
+            .is_some_and(|object| scene.object_names.get(*object).is_some_and(Option::is_some));
+        let is_nameless = mesh.is_none_or(|mesh| mesh.name.is_empty());
+        let of_file = object(&scene.instance_objects, index).filter(|_| has_name || is_nameless);
         let object = of_file.unwrap_or_else(|| {
             // Instances of one mesh, or of meshes of one name, have numbers from the second on.
             let next = counts.entry(name.clone()).or_insert(1);

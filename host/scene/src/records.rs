@@ -166,8 +166,8 @@ mod tests {
 
     #[test]
     fn a_scene_survives_the_way() {
-        for name in ["three_spheres.ron", "materials.ron", "light_punctual.ron", "next_week.ron", "room.ron"]
-        {
+        let lights = "../tests/scenes/light_punctual.ron";
+        for name in ["three_spheres.ron", "materials.ron", lights, "next_week.ron", "room.ron"] {
             let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(name);
             let Ok(scene) = Scene::load(&path) else { panic!("{}", path.display()) };
             let bytes = scene.to_bytes();

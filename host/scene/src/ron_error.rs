@@ -1,8 +1,8 @@
 //! Messages about scene files whose text is not what the format allows.
 
-use super::format::VERSION;
-use super::import::shown;
+use super::shown_text::shown;
 use super::similar::nearest;
+use super::version::VERSION;
 
 /// Maximum length of a list of names in characters, unless the first name is longer.
 const MAX_LIST: usize = 160;

@@ -217,7 +217,8 @@ impl SceneDocument {
         let text = field_edit::apply(text, name, &edits)?;
         let shown = field_edit::edited_name(name, &edits);
         let file = format::parse(&text, &shown)?;
-        let (description, image) = resolve::describe(&file, folder, loader)?;
+        let described = resolve::describe(&file, folder, loader);
+        let (description, image) = described.map_err(|error| error.with_comment(&text))?;
         let notes = description.notes.clone();
         let (name, options) = (name.to_owned(), options.model.clone());
         let (space, sharing) = (file.space.space, Sharing::Auto);

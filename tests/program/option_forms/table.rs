@@ -78,13 +78,15 @@ pub const TABLE: &str = r#"
 --time             | load                  | 0 -1.5s                       | 1x nan inf 1e400 1h30m 5%
                    | render check          | -1 250ms .5 0.01m 1min        |
                    | render check          | 1h 0.5␣s                      |
---animation        | load                  | slide                         | nosuch@4~animation
---material-variant | load                  | day                           | nosuch@4~variant
+--animation        | load                  | slide                         | nosuch@4~animation ""@4~animation
+--material-variant | load                  | day                           | nosuch@4~variant ""@4~variant
 --frames           | render                | 0..1 1..3                     | 3 1..1 2..1 -1..2 0..=2 0..x
 --shutter          | render                | 0 0.5 1                       | 1.01 -0.1 nan inf 180deg
 
 [--camera-path=path.ron]
 --frames           | render                | 0..1                          | 1..1
+
+[]
 --camera-path      | render                | path.ron                      | nosuch.ron@4~nosuch.ron
 
 [model.ron --frames=0..1]
@@ -199,10 +201,11 @@ pub const TABLE: &str = r#"
 --aov              | render                | normal normal,depth id        | nosuch Normal normal, id,id
                    | render                | position,albedo,variance      |
                    | render                | samples cryptomatte           |
+--light-group      | render                | sky_light=sky all=* a-1=s*,s* | sky =sky a= a.b=sky rest=sky
+                   | render                |                               | a=nosuch@4~nosuch
 --float            | file                  | .                             |
 
 []
---float            | render                |                               | .
 --crop             | render                | 0,0,1,1 .5,0,1,.5 0,1,8,9     | 1,2,3 0,0,0,1 1,0,.5,1 -1,0,1,1
                    | render                |                               | 0,0,99,9 nan,0,1,1 0,0,8.5,9
 --background       | render                | sky transparent 0.2,.3,4      | red 1,2 #12345 -1,0,0 nan,0,0

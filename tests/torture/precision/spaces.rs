@@ -88,7 +88,7 @@ fn recentring_restores_the_image() {
 /// the image.
 #[test]
 fn the_intensity_of_lights_must_scale() {
-    let path = root().join("scenes/light_punctual.ron");
+    let path = trisect_tests::scene_path("light_punctual.ron");
     let want = small(&scaled(&path, 0));
     let mut wrong = scaled(&path, 3);
     assert_eq!(differing(&small(&wrong), &want), 0);

@@ -3,7 +3,8 @@
 use std::ops::Range;
 use trisect::render::{Settings, SettingsError};
 
-/// Part of an image: x and y of its upper left corner, and of the lower right one, which is outside.
+/// Part of an image: x and y of its upper left corner, and of its lower right one, which is
+/// outside.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CropWindow {
     /// Shares of width and height.

@@ -64,7 +64,7 @@ impl ImageFileArgs {
             tonemap: self.tonemap.or(tonemap),
             gamma: self.gamma.or(gamma),
             bits: self.bits.or(bits),
-            float: self.float || earlier.float && fits(&Self { float: true, ..Self::default() }),
+            float: self.float || earlier.float,
             metadata: self.metadata.or(earlier.metadata),
         }
     }
@@ -76,10 +76,13 @@ impl ImageFileArgs {
     /// Those of [`ToneMap::check`] and [`Encoding::check`].
     pub fn check(&self, path: &Path) -> Result<(), ImageError> {
         self.tone_map().check(path)?;
-        if self.float && Format::of(path)?.is_display() {
-            return Err(ImageError::NoFloats { path: path.to_owned() });
-        }
         self.encoding().check(path)
+    }
+
+    /// Returns a warning if `--float` has no effect on the file.
+    pub fn without_effect(&self, path: &Path) -> Option<&'static str> {
+        let is_display = Format::of(path).is_ok_and(Format::is_display);
+        (self.float && is_display).then_some("--float has no effect on files for a display; use .exr")
     }
 
     /// Returns the tone map.

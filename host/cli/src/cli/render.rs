@@ -12,6 +12,7 @@ use trisect::adaptive::Request;
 use trisect::denoise::DenoiseError;
 use trisect::layers::Aov;
 use trisect::output::exposure::Exposure;
+use trisect::scene::LightGroup;
 
 /// Image file, unless `--output` names one.
 pub const DEFAULT_OUTPUT: &str = "out.png";
@@ -46,8 +47,8 @@ pub struct RenderArgs {
     pub checkpointing: CheckpointArgs,
 
     /// Render this part of the image alone, from its upper left to its lower right corner: shares
-    /// of width and height, such as 0.25,0,0.75,0.5, or pixels. An .exr keeps its place in the whole
-    /// (default: the whole image).
+    /// of width and height, such as 0.25,0,0.75,0.5, or pixels. An .exr keeps its place in the
+    /// whole (default: the whole image).
     #[arg(help_heading = "Image", long, value_name = "X0,Y0,X1,Y1", value_parser = parse_crop)]
     pub crop: Option<CropWindow>,
 
@@ -56,6 +57,13 @@ pub struct RenderArgs {
     /// scene units (default: none).
     #[arg(help_heading = "Image file", long, value_name = "LAYERS", value_delimiter = ',', value_parser = parse_aov)]
     pub aov: Vec<Aov>,
+
+    /// Also render the light of a group of lights apart, as the layer light_NAME of an .exr; may be
+    /// given several times, and lights in no group are the layer light_rest. Each layer takes as
+    /// long as the image. LIGHT is the name of an object that emits, lights[N], or sky; a name may
+    /// end in * (default: none).
+    #[arg(help_heading = "Image file", long, value_name = "NAME=LIGHT,LIGHT")]
+    pub light_group: Vec<LightGroup>,
 
     /// Background where camera rays reach the sky, which lights the scene in any case: sky,
     /// transparent (.png, .tif and .exr), or a colour, linear R,G,B or #rrggbb in sRGB.

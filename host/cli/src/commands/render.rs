@@ -2,6 +2,7 @@
 //!
 //! `resume` and the renders over ranks call its functions to check and write outputs.
 
+mod light_groups;
 mod write;
 
 pub use write::{BEYOND_HALF, RenderOutput, finish, write_outputs};
@@ -63,8 +64,8 @@ pub fn job(arguments: &RenderArgs) -> JobArgs {
 /// warnings about options without effect.
 pub fn goal(arguments: &RenderArgs) -> Result<(Option<Request>, Option<Denoiser>), Error> {
     super::refuse_ranks(&arguments.cluster)?;
-    let ignored: Vec<_> =
-        arguments.goal.without_effect().into_iter().chain(arguments.motion.without_effect()).collect();
+    let ignored = arguments.goal.without_effect().into_iter().chain(arguments.motion.without_effect());
+    let ignored: Vec<_> = ignored.chain(arguments.file.without_effect(&arguments.output)).collect();
     super::warn(&ignored, "the options", arguments.job.deny_warnings)?;
     let request = arguments.request()?;
     let denoise = checked_denoiser(arguments)?;
@@ -227,6 +228,7 @@ pub fn check(arguments: &RenderArgs) -> Result<(), Error> {
     if !arguments.aov.is_empty() {
         layers::check(&arguments.output, &arguments.aov)?;
     }
+    light_groups::check(arguments)?;
     background::check(arguments.background, &arguments.output)?;
     arguments.file.check(&arguments.output)?;
     outputs(arguments).check()?;

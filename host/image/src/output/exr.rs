@@ -83,7 +83,8 @@ pub fn encode(picture: Picture, encoding: &Encoding) -> Result<Vec<u8>, String> 
     encode_layer(&layer, display).map_err(|error| error.to_string())
 }
 
-/// Returns the bytes of a file with this layer, for a display of `size`. All threads of the pool compress its blocks.
+/// Returns the bytes of a file with this layer, for a display of `size`. All threads of the pool
+/// compress its blocks.
 fn encode_layer<'a>(
     layer: &'a impl WritableLayers<'a>,
     size: (usize, usize),

@@ -103,7 +103,7 @@ impl Error {
             Self::Image(
                 ImageError::UnknownExtension { .. }
                 | ImageError::ToTerminal
-                | ImageError::NoFloats { .. }
+                | ImageError::NoLightGroups { .. }
                 | ImageError::NoLayers { .. }
                 | ImageError::LayerTwice { .. }
                 | ImageError::NoAlpha { .. }

@@ -33,8 +33,7 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 use space::Space;
 
-/// The only version of the format.
-pub const VERSION: u32 = 1;
+pub use super::version::VERSION;
 
 /// A whole scene file. It borrows the text, so that errors can name places in it.
 #[derive(Debug, Deserialize)]

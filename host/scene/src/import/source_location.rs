@@ -2,6 +2,7 @@
 
 use super::files::Outside;
 use crate::error::SceneError;
+pub(crate) use crate::shown_text::shown;
 
 /// A place in a file.
 #[derive(Clone, Debug)]
@@ -61,15 +62,4 @@ impl<'a> SourceLocation<'a> {
             source,
         }
     }
-}
-
-/// Returns a file's text for messages: at most 100 characters, without control characters, which
-/// could act on a terminal.
-pub(crate) fn shown(text: &str) -> String {
-    let mut shown: String =
-        text.chars().take(100).map(|letter| if letter.is_control() { '\u{fffd}' } else { letter }).collect();
-    if text.chars().nth(100).is_some() {
-        shown.push('…');
-    }
-    shown
 }

@@ -2,6 +2,7 @@
 
 use super::super::fallback_path::or_fallback_path;
 use super::super::{Session, background, data, eprint};
+use super::light_groups;
 use crate::cli::{MetadataArg, RenderArgs};
 use crate::progress::Bar;
 use std::borrow::Cow;
@@ -95,6 +96,11 @@ pub fn write_outputs(
     stats.exposure = exposed.as_ref().map_or(0.0, |(_, exposed)| exposed.stops);
     stats.tonemap = arguments.file.tone_map().name();
     let (mattes, mattes_failed) = mattes(arguments, session);
+    let denoiser = stats.denoise;
+    let (of_lights, lights_failed) =
+        light_groups::layers(arguments, session, denoiser.as_ref(), stats.exposure);
+    let mattes = Cryptomatte { channels: [mattes.channels, of_lights].concat(), ..mattes };
+    let failed = mattes_failed || lights_failed;
     let session = &*session;
     let written = or_fallback_path(&arguments.output, |path| {
         let metadata = metadata(arguments, session, stats);
@@ -159,7 +165,7 @@ pub fn write_outputs(
     for warning in stats.warnings() {
         eprint(&format!("warning: {warning}"));
     }
-    let is_whole = stats.unwritten_pixels == 0 && !moved && !mattes_failed;
+    let is_whole = stats.unwritten_pixels == 0 && !moved && !failed;
     let code = if is_whole { ExitCode::SUCCESS } else { ExitCode::FAILURE };
     Ok((code, !moved))
 }

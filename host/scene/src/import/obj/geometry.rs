@@ -3,13 +3,11 @@
 use super::super::mesh::{POSITION_REMEDY, check_position};
 use super::super::source_location::{SourceLocation, shown};
 use super::super::warnings::Warnings;
+pub use super::group::{Group, NONE};
 use super::lines::{Source, Statement};
 use super::smoothing::Smoothing;
 use crate::error::SceneError;
 use std::collections::{HashMap, HashSet};
-
-/// Index of texture coordinates and normals that a corner does not have.
-pub const NONE: u32 = u32::MAX;
 
 /// Content of an OBJ file.
 #[derive(Debug, Default)]
@@ -25,25 +23,13 @@ pub struct Geometry {
     materials: Names,
 }
 
-/// Triangles of one object or group with one material. Their normals are of one kind, and all have
-/// texture coordinates or none has.
-#[derive(Debug)]
-pub struct Group {
-    name: u32,
-    material: u32,
-    /// Whether the normals are those of smoothing groups.
-    pub is_smooth: bool,
-    /// Indices of position, texture coordinates and normal of each corner.
-    pub triangles: Vec<[[u32; 3]; 3]>,
-}
-
-/// Normals of a face.
+/// Kind of the normals of a face.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 enum Normals {
     Flat,
-    /// Those of vn.
+    /// Normals of `vn`.
     Given,
-    /// Those of a smoothing group.
+    /// Normals of a smoothing group.
     Smooth,
 }
 

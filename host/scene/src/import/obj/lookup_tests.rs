@@ -55,7 +55,7 @@ fn images_are_found_by_their_names() {
     }
 }
 
-/// The same case comes first, then as many folders as there are.
+/// Paths are ranked by case first, then by the number of folders.
 #[test]
 fn the_nearest_path_is_chosen() {
     let windows = "C:\\me\\tex\\a.png";

@@ -4,6 +4,7 @@
 //! supported features for users.
 
 mod geometry;
+mod group;
 mod library;
 mod lines;
 mod lookup;

@@ -1,7 +1,7 @@
 //! Normals of faces without vn in smoothing groups.
 
 use super::super::mesh::corner_normals;
-use super::geometry::{Group, NONE};
+use super::group::{Group, NONE};
 use glam::DVec3;
 use std::collections::HashMap;
 
