@@ -18,7 +18,7 @@ const SCENE: &str = "Scene(version: 1, image: (width: 24, height: 16, samples: 2
         Plane(point: (0, 0, 0), normal: (0, 1, 0), material: \"grey\"), \
         Sphere(center: (0, 0.7, 0), radius: 0.7, material: \"grey\"), \
         Quad(corner: (-1, 3, -1), u: (2, 0, 0), v: (0, 0, 2), material: \"lamp\", name: \"lamp\")], \
-    lights: [Point(position: (3, 2, 2), intensity: (2, 3, 4))])";
+    lights: [Point(position: (3, 2, 2), intensity: (6, 6, 6))])";
 
 /// Returns the mean of a channel.
 fn mean(channels: &[Channel], name: &str) -> f64 {

@@ -91,8 +91,8 @@ pub fn differing(a: &Film, b: &Film) -> usize {
     a.pixels.iter().zip(&b.pixels).filter(|&(a, b)| bits(a) != bits(b)).count()
 }
 
-/// Returns all scene files of the project, those of the tests among them, and its glTF model. `mesh.ron` is left out with a message
-/// if its mesh has not been generated.
+/// Returns all scene files of the project, those of the tests among them, and its glTF model.
+/// `mesh.ron` is left out with a message if its mesh has not been generated.
 ///
 /// # Panics
 ///

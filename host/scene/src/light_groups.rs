@@ -14,8 +14,9 @@ pub const REST: &str = "rest";
 /// Name of the sky among the lights.
 const SKY: &str = "sky";
 
-/// Name of a group, and the names of its lights: those of objects that emit, `lights[3]` for a light
-/// without extent, counted from 0, and `sky`. A name that ends in `*` stands for all that begin so.
+/// Name of a group, and the names of its lights: those of objects that emit, `lights[3]` for a
+/// light without extent, counted from 0, and `sky`. A name that ends in `*` stands for all that
+/// begin so.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LightGroup {
     /// Name of the group.
@@ -101,7 +102,8 @@ impl Lights {
 }
 
 impl SceneDocument {
-    /// Returns the names of the scene's lights, as [`LightGroup`] takes them, in alphabetical order.
+    /// Returns the names of the scene's lights, as [`LightGroup`] takes them, in alphabetical
+    /// order.
     pub fn light_names(&self) -> Vec<String> {
         Lights::of(&self.description).names()
     }
