@@ -15,8 +15,7 @@ use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
 const SVGF: DenoiseSettings = DenoiseSettings::new(Filter::Svgf);
 
-/// Returns a scene with area lights. On software Vulkan it has spheres only, because lavapipe
-/// recompiles a kernel as large as that for lights for each frame if other kernels run in between.
+/// Returns a scene with area lights. On software Vulkan it has spheres only, whose kernel is small.
 fn lights(subject: BackendUnderTest) -> Scene {
     scene(if subject.is_software() { "rtiow_final.ron" } else { "cornell_box.ron" })
 }
