@@ -242,11 +242,11 @@ mod tests {
     #[test]
     fn how_often() {
         let of = |text: &str| text.parse::<SaveInterval>();
-        assert_eq!(of("30s"), Ok(SaveInterval::default()));
+        assert_eq!((of("30s"), of("30")), (Ok(SaveInterval::default()), Ok(SaveInterval::default())));
         assert_eq!(of("1.5min"), Ok(SaveInterval::Time(Duration::from_secs(90))));
         assert_eq!(of("250ms"), Ok(SaveInterval::Time(Duration::from_millis(250))));
         assert_eq!(of("1024spp"), Ok(SaveInterval::Samples(1024)));
-        for bad in ["", "30", "s", "0s", "-1s", "1e400h", "soon", "0spp", "-1spp", "1.5spp", "NaNs"] {
+        for bad in ["", "s", "0s", "-1s", "1e400h", "soon", "0spp", "-1spp", "1.5spp", "NaNs"] {
             assert!(of(bad).is_err(), "{bad}");
         }
     }
