@@ -30,13 +30,12 @@ fn mean(channels: &[Channel], name: &str) -> f64 {
 fn groups_add_up_to_the_image(subject: BackendUnderTest) {
     let document = SceneDocument::parse(SCENE, "groups.ron").unwrap();
     let groups = ["key=lamp", "point=lights[0]"].map(|text| text.parse::<LightGroup>().unwrap());
-    let scenes = document.by_light_groups(&groups).unwrap();
-    let scene = document.lower(Rebase::IDENTITY).unwrap();
+    let scene = document.clone().lower(Rebase::IDENTITY).unwrap();
     let Some(mut renderer) = subject.renderer(&scene) else { return };
     let settings = Settings::of(&scene);
     let image = renderer.render(&settings).unwrap().image();
-    let of_groups = ((scenes, None), (None, 0.5));
-    let channels = light_groups::render(&mut renderer, &settings, of_groups.0, of_groups.1, &mut ()).unwrap();
+    let of_groups = (&document, &groups[..], None);
+    let channels = light_groups::render(&mut renderer, &settings, of_groups, (None, 0.5), &mut ()).unwrap();
     let names: Vec<&str> = channels.iter().map(|channel| channel.name.as_ref()).collect();
     assert_eq!(names.len(), 9);
     assert!(names.contains(&"light_key.R") && names.contains(&"light_rest.B"), "{names:?}");

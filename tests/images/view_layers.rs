@@ -35,6 +35,7 @@ fn layers_are_those_of_a_film(subject: BackendUnderTest) {
     let picked = viewer.pick((24, 40)).unwrap().unwrap();
     assert_eq!(frame(&mut viewer, &scene.camera, &mut pixels), 2);
     let shown = viewer.layer(Layer::Rays, &names).unwrap().unwrap();
+    let errors = viewer.layer(Layer::Noise, &names).unwrap().unwrap();
     let image = viewer.image().unwrap().unwrap();
 
     // The film of the first sample, and of two.
@@ -72,6 +73,7 @@ fn layers_are_those_of_a_film(subject: BackendUnderTest) {
     // Layers differ from each other; nodes are at least the root's.
     let [.., noise, rays, nodes] = &all;
     assert!(noise.range == Some([0.0; 2]), "one sample has no error: {:?}", noise.range);
+    assert!(errors.range.unwrap()[1] > 0.1, "the samples of two frames have errors: {:?}", errors.range);
     assert!(rays.range.unwrap()[1] > 1.0 && nodes.range.unwrap()[1] >= 1.0);
     let mut distinct: Vec<&Vec<u32>> = all.iter().map(|picture| &picture.pixels).collect();
     distinct.sort_unstable();

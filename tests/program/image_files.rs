@@ -243,7 +243,7 @@ fn light_groups_are_layers() {
         (
             "a.exr",
             &["--light-group", "a=sky", "--budget", "1s"],
-            "--light-group cannot be combined with a goal",
+            "--light-group cannot be combined with --budget",
         ),
         ("a.exr", &["--light-group", "a=b,sky=c"], "--light-group"),
     ] {
@@ -268,6 +268,17 @@ fn a_crop_keeps_its_place() {
             ["dataWindow (type box2i): (8 8) - (23 15)", "displayWindow (type box2i): (0 0) - (31 15)"];
         check_lines(&["exrheader", &file], &windows);
     }
+    // Parts of the samples are merged to the same place.
+    let parts = ["0..256", "256..512"].map(|samples| {
+        let part = folder.file(&format!("{}.ckpt", &samples[..1]));
+        let options =
+            ["--crop", "8,8,24,16", "--resolution", "32x16", "--spp", "512", "--sample-range", samples];
+        render(&folder, "part.exr", &[&options[..], &["--checkpoint", &part]].concat());
+        part
+    });
+    let merged = folder.file("merged.exr");
+    run(&["merge", &parts[0], &parts[1], "-o", &merged]);
+    check_lines(&["exrheader", &merged], &["dataWindow (type box2i): (8 8) - (23 15)"]);
     let file = render(&folder, "crop.png", &["--crop", "8,8,24,16", "--resolution", "32x16"]);
     assert_eq!(Image::read(file.as_ref()).unwrap().width, 16);
     let beyond = ["render", &folder.file("a.ron"), "--crop", "0,0,40,8", "--resolution", "32x16"];

@@ -226,3 +226,25 @@ fn the_viewer_shows_a_model_with_an_exposure() {
         assert!(fs::read(&first).unwrap() == bytes);
     }
 }
+
+/// A model in the current folder finds an image by its name, as one in another folder does.
+#[test]
+fn images_are_found_from_a_bare_name() {
+    let folder = Temporary::new("models", "bare");
+    fs::write(
+        folder.path("a.obj"),
+        "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl m\nf 1/1 2/1 3/1\n",
+    )
+    .unwrap();
+    fs::write(folder.path("a.mtl"), "newmtl m\nmap_Kd C:\\Users\\me\\Wood.png\n").unwrap();
+    fs::write(folder.path("wood.png"), output::encode_bytes(2, 2, &[200; 12]).unwrap()).unwrap();
+    for name in ["a.obj", "./a.obj"] {
+        let output = std::process::Command::new(trisect_tests::binary())
+            .args(["check", name])
+            .current_dir(folder.path(""))
+            .output()
+            .unwrap();
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success() && told.contains("wood.png"), "{name}: {told}");
+    }
+}

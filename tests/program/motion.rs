@@ -72,6 +72,13 @@ fn a_path_moves_the_camera() {
     }
     let missing = ["render", &folder.file("still.ron"), "--camera-path", "missing.ron"];
     fails(&missing, 4, &["missing.ron"]);
+    let still = folder.file("still.ron");
+    for (options, code, wanted) in [
+        (&["--fov", "10"][..], 2, "--camera-path cannot be combined with options of the camera"),
+        (&["--checkpoint", "a.ckpt"], 2, "--checkpoint cannot be combined with --camera-path"),
+    ] {
+        fails(&[&["render", &still, "--camera-path", &path], options].concat(), code, &[wanted]);
+    }
 }
 
 #[test]

@@ -5,28 +5,28 @@ use crate::bvh::BvhQuality;
 use crate::denoise::Denoiser;
 use crate::render::{PreparedScene, RenderObserver, Renderer, Settings};
 use trisect_image::output::{Channel, color_channels};
-use trisect_scene::{Rebase, SceneDocument};
+use trisect_scene::{LightGroup, Rebase, SceneDocument};
 
 /// Renders the images of light groups, with the samples of the image that they add up to, and
-/// returns their channels, `light_NAME.R` and so on. `groups` are those of
-/// [`SceneDocument::by_light_groups`]; `factor` multiplies all values. The renderer then has the
-/// scene of the last group.
+/// returns their channels, `light_NAME.R` and so on. `document` is the scene with all lights;
+/// `factor` multiplies all values. The renderer then has the scene of the last group.
 ///
 /// # Errors
 ///
-/// Those of a render; [`Error::Cancelled`] if `observer` cancels it.
+/// Those of [`SceneDocument::light_group_names`] and of a render; [`Error::Cancelled`] if
+/// `observer` cancels it.
 pub fn render(
     renderer: &mut Renderer,
     settings: &Settings,
-    (groups, quality): (Vec<(String, SceneDocument)>, Option<BvhQuality>),
+    (document, groups, quality): (&SceneDocument, &[LightGroup], Option<BvhQuality>),
     (denoise, factor): (Option<&Denoiser>, f32),
     observer: &mut dyn RenderObserver,
 ) -> Result<Vec<Channel>, Error> {
     let denoise = denoise.copied();
     let settings = Settings { guides: settings.guides || denoise.is_some(), denoise, ..settings.clone() };
     let mut channels = Vec::new();
-    for (name, document) in groups {
-        let scene = document.lower(Rebase::IDENTITY)?;
+    for (index, name) in document.light_group_names(groups)?.iter().enumerate() {
+        let scene = document.with_light_group(groups, index).lower(Rebase::IDENTITY)?;
         renderer.set_scene(&mut PreparedScene::new(&scene, quality)?)?;
         let mut image = renderer.render_observed(&settings, observer)?.image();
         image.pixels.iter_mut().flatten().for_each(|value| *value *= factor);

@@ -32,7 +32,13 @@ fn comment_on_files(text: &str, line: usize) -> Option<&str> {
     let names: Vec<&str> =
         quoted.filter(|word| word.contains('.')).filter_map(|word| word.rsplit('/').next()).collect();
     let comments = text.lines().filter_map(|line| line.trim_start().strip_prefix("//"));
-    comments.map(str::trim).find(|comment| names.iter().any(|name| comment.contains(name)))
+    let is_part = |c: char| c.is_alphanumeric() || "_-.".contains(c);
+    let has = |comment: &str, name: &str| {
+        comment.match_indices(name).any(|(at, _)| {
+            !comment[..at].ends_with(is_part) && !comment[at + name.len()..].starts_with(is_part)
+        })
+    };
+    comments.map(str::trim).find(|comment| names.iter().any(|name| !name.is_empty() && has(comment, name)))
 }
 
 /// An error that makes a scene unusable.
@@ -197,5 +203,6 @@ mod tests {
         assert_eq!(comment_on_files(text, 4), Some("generate a.ply"));
         assert_eq!((comment_on_files(text, 1), comment_on_files(text, 9)), (None, None));
         assert_eq!(comment_on_files("Mesh(file: \"a.ply\")", 1), None);
+        assert_eq!(comment_on_files("// data.ply: run make\nMesh(file: \"a.ply\")", 2), None);
     }
 }

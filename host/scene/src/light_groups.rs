@@ -11,6 +11,9 @@ use std::str::FromStr;
 /// Name of the group of all lights that no other group has.
 pub const REST: &str = "rest";
 
+/// Maximum number of characters of a group's name, which names of channels in a file contain.
+const MAX_NAME: usize = 64;
+
 /// Name of the sky among the lights.
 const SKY: &str = "sky";
 
@@ -36,6 +39,9 @@ impl FromStr for LightGroup {
         let is_name = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
         if name.is_empty() || !name.chars().all(is_name) {
             return Err(format!("the name \"{name}\" must have letters, digits, - and _ alone"));
+        }
+        if name.len() > MAX_NAME {
+            return Err(format!("the name is longer than {MAX_NAME} characters"));
         }
         if name == REST {
             return Err(format!("{REST} is the group of all other lights; choose another name"));
@@ -108,15 +114,14 @@ impl SceneDocument {
         Lights::of(&self.description).names()
     }
 
-    /// Returns the name of each group with the scene in which its lights shine alone, and for the
-    /// lights in no group, if there are any, [`REST`]. The images of all add up to that of the
-    /// scene, up to noise.
+    /// Returns the names of the groups, and, if there are lights in none of them, [`REST`] at the
+    /// end. The images with the light of each add up to that of the scene, up to noise.
     ///
     /// # Errors
     ///
     /// [`SceneError::Inconsistent`] for a group of no light, with the names of lights; for a light
     /// in two groups, and for two groups of one name.
-    pub fn by_light_groups(&self, groups: &[LightGroup]) -> Result<Vec<(String, Self)>, SceneError> {
+    pub fn light_group_names(&self, groups: &[LightGroup]) -> Result<Vec<String>, SceneError> {
         let refused = |message: String| {
             Err(SceneError::Inconsistent {
                 file: self.name.clone(),
@@ -134,6 +139,9 @@ impl SceneDocument {
                 names.iter().any(|name| alone.has(name))
             };
             if let Some(missing) = group.lights.iter().find(|light| !is_there(light)) {
+                if names.is_empty() {
+                    return refused(format!("there is no light \"{missing}\": the scene has none"));
+                }
                 let near = nearest(missing, names.iter().map(String::as_str));
                 let near = near.map_or_else(String::new, |near| format!("; did you mean \"{near}\"?"));
                 let shown = names.iter().take(20).map(String::as_str).collect::<Vec<_>>().join(", ");
@@ -148,15 +156,21 @@ impl SceneDocument {
                 return refused(format!("the light \"{name}\" is in two groups"));
             }
         }
-        let mut scenes: Vec<(String, Self)> = groups
-            .iter()
-            .map(|group| (group.name.clone(), self.lit_by(&lights, &|name| group.has(name), false)))
-            .collect();
         let in_none = |name: &str| !groups.iter().any(|group| group.has(name));
-        if lights.has_glow || names.iter().any(|name| in_none(name)) {
-            scenes.push((REST.to_owned(), self.lit_by(&lights, &in_none, true)));
+        let has_rest = lights.has_glow || names.iter().any(|name| in_none(name));
+        let rest = has_rest.then(|| REST.to_owned());
+        Ok(groups.iter().map(|group| group.name.clone()).chain(rest).collect())
+    }
+
+    /// Returns the scene with the lights of the group of this index alone; an index beyond the last
+    /// stands for the lights that are in none.
+    #[must_use]
+    pub fn with_light_group(&self, groups: &[LightGroup], index: usize) -> Self {
+        let lights = Lights::of(&self.description);
+        match groups.get(index) {
+            Some(group) => self.lit_by(&lights, &|name| group.has(name), false),
+            None => self.lit_by(&lights, &|name| !groups.iter().any(|group| group.has(name)), true),
         }
-        Ok(scenes)
     }
 
     /// Returns the scene with the lights that `shines` accepts by name, and with media that emit if
@@ -234,19 +248,19 @@ mod tests {
     fn groups_share_the_lights() {
         let scene = SceneDocument::parse(SCENE, "a.ron").unwrap();
         let groups = [group("key=panel,lights[0]"), group("balls=b*,objects[3]")];
-        let scenes = scene.by_light_groups(&groups).unwrap();
-        let names: Vec<&str> = scenes.iter().map(|(name, _)| name.as_str()).collect();
-        assert_eq!(names, ["key", "balls", REST]);
-        let lights: Vec<Vec<String>> = scenes.iter().map(|(_, scene)| scene.light_names()).collect();
+        assert_eq!(scene.light_group_names(&groups).unwrap(), ["key", "balls", REST]);
+        let scenes = [0, 1, 2].map(|index| scene.with_light_group(&groups, index));
+        let lights = scenes.each_ref().map(SceneDocument::light_names);
         assert_eq!(lights[0], ["lights[0]", "panel"]);
         assert_eq!(lights[1], ["bulb", "objects[3]"]);
         assert_eq!(lights[2], ["sky"]);
-        for (_, part) in &scenes {
+        for part in &scenes {
             assert_eq!(part.description.shapes.len(), scene.description.shapes.len());
         }
         // Without a light left there is no rest.
-        let all = scene.by_light_groups(&[group("all=*")]).unwrap();
-        assert_eq!((all.len(), all[0].1.light_names()), (1, scene.light_names()));
+        let all = [group("all=*")];
+        assert_eq!(scene.light_group_names(&all).unwrap(), ["all"]);
+        assert_eq!(scene.with_light_group(&all, 0).light_names(), scene.light_names());
     }
 
     #[test]
@@ -254,13 +268,14 @@ mod tests {
         let scene = SceneDocument::parse(SCENE, "a.ron").unwrap();
         let refused = |groups: &[&str]| {
             let groups: Vec<LightGroup> = groups.iter().map(|text| group(text)).collect();
-            scene.by_light_groups(&groups).unwrap_err().to_string()
+            scene.light_group_names(&groups).unwrap_err().to_string()
         };
         assert!(refused(&["a=panle"]).contains("no light \"panle\"; did you mean \"panel\"?"));
         assert!(refused(&["a=objects[0]"]).contains("the scene has bulb, lights[0]"), "a quad that is grey");
         assert!(refused(&["a=panel", "b=p*"]).contains("\"panel\" is in two groups"));
         assert!(refused(&["a=panel", "a=bulb"]).contains("two groups have the name a"));
-        for bad in ["", "a", "=b", "a b=c", "rest=sky", "a=", "a=b,,c", "a.b=c"] {
+        let long = format!("{}=sky", "n".repeat(65));
+        for bad in ["", "a", "=b", "a b=c", "rest=sky", "a=", "a=b,,c", "a.b=c", &long] {
             assert!(bad.parse::<LightGroup>().is_err(), "{bad}");
         }
     }

@@ -47,6 +47,7 @@ pub(crate) fn has_suggestion(error: &Error) -> bool {
 /// Returns the names in a folder, in alphabetical order; none if it cannot be read. Of a large
 /// folder, some are left out.
 pub(crate) fn names_in(folder: &Path) -> Vec<String> {
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let entries = std::fs::read_dir(folder).into_iter().flatten().take(MAX_NAMES);
     let mut names: Vec<String> =
         entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok()).collect();

@@ -128,11 +128,6 @@ fn changed_and_dropped_scenes() {
     write(&viewer, &SCENE.replace("0.5, 0.01, 0.01", "0.01, 0.01, 0.5").replace("(0, 0, 5)", "(0, 0, 9)"));
     viewer.until_any("the file has another camera", |now| now.difference(&turned, 0, SIZE.0) > 5.0);
 
-    let model = viewer.folder.join("plate.obj");
-    std::fs::write(&model, PLATE).unwrap();
-    viewer.desktop.drop_file(viewer.window, &model, (100, 100)).unwrap();
-    // An OBJ without materials has the albedo 0.8: the code 231.
-    viewer.until_middle("the model", [231, 231, 231], 1);
     let text = viewer.folder.join("notes.txt");
     std::fs::write(&text, "no scene").unwrap();
     viewer.desktop.drop_file(viewer.window, &text, (100, 100)).unwrap();
@@ -141,6 +136,13 @@ fn changed_and_dropped_scenes() {
         assert!(start.elapsed() < LIMIT, "no error: {}", viewer.log());
         std::thread::sleep(Duration::from_millis(50));
     }
-    viewer.until_middle("the model is still there", [231, 231, 231], 1);
+    // The scene that is shown is followed still.
+    write(&viewer, &SCENE.replace("0.5, 0.01, 0.01", "0.5, 0.5, 0.01"));
+    viewer.until_middle("a change after a file that is no scene", [188, 188, 25], 1);
+    let model = viewer.folder.join("plate.obj");
+    std::fs::write(&model, PLATE).unwrap();
+    viewer.desktop.drop_file(viewer.window, &model, (100, 100)).unwrap();
+    // An OBJ without materials has the albedo 0.8: the code 231.
+    viewer.until_middle("the model", [231, 231, 231], 1);
     viewer.quit();
 }

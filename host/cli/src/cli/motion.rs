@@ -53,8 +53,8 @@ impl MotionArgs {
     /// Returns the first given option for images of a scene or a camera that moves.
     pub fn option(&self) -> Option<&'static str> {
         let given = [
-            ("--frames", self.frames.is_some()),
             ("--camera-path", self.camera_path.is_some()),
+            ("--frames", self.frames.is_some()),
             ("--shutter", self.shutter.is_some()),
         ];
         given.into_iter().find(|given| given.1).map(|given| given.0)

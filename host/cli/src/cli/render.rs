@@ -49,7 +49,7 @@ pub struct RenderArgs {
     /// Render this part of the image alone, from its upper left to its lower right corner: shares
     /// of width and height, such as 0.25,0,0.75,0.5, or pixels. An .exr keeps its place in the
     /// whole (default: the whole image).
-    #[arg(help_heading = "Image", long, value_name = "X0,Y0,X1,Y1", value_parser = parse_crop)]
+    #[arg(help_heading = "Image", long, value_name = "X0,Y0,X1,Y1", allow_hyphen_values = true, value_parser = parse_crop)]
     pub crop: Option<CropWindow>,
 
     /// Additional layers of an .exr, separated by commas: normal, position, albedo, depth, id,
@@ -60,8 +60,8 @@ pub struct RenderArgs {
 
     /// Also render the light of a group of lights apart, as the layer light_NAME of an .exr; may be
     /// given several times, and lights in no group are the layer light_rest. Each layer takes as
-    /// long as the image. LIGHT is the name of an object that emits, lights[N], or sky; a name may
-    /// end in * (default: none).
+    /// long as the image. LIGHT is the name of an object that emits, `lights[0]` and so on for
+    /// lights without extent, or sky; a name may end in * (default: none).
     #[arg(help_heading = "Image file", long, value_name = "NAME=LIGHT,LIGHT")]
     pub light_group: Vec<LightGroup>,
 

@@ -161,6 +161,12 @@ pub fn finish_film(
         eprint(&format!("nothing was rendered: {} is unchanged", arguments.output.display()));
         return Ok(if kept? { ended.exit_code() } else { ExitCode::FAILURE });
     }
+    let mut arguments = arguments.clone();
+    if ended.is_some() && !arguments.light_group.is_empty() {
+        eprint("the light groups are left out: they would take as long as the image");
+        arguments.light_group.clear();
+    }
+    let arguments = &arguments;
     // A filter would spread rendered pixels over missing ones.
     let denoise = denoise.filter(|_| stats.unwritten_pixels == 0);
     let (code, in_place) = finish(arguments, &mut session, RenderOutput::Film(film), stats, denoise)?;

@@ -15,7 +15,7 @@ use trisect::film::{Film, SampleBlock, Summation};
 use trisect::image::ImageError;
 use trisect::metadata;
 use trisect::output::exposure::Exposure;
-use trisect::output::{self, Format, Outputs, exceeds_half};
+use trisect::output::{self, Format, Outputs, Window, exceeds_half};
 use trisect::threads::start_shared;
 use trisect_lab::Error;
 
@@ -200,6 +200,7 @@ fn write_image(arguments: &MergeArgs, sum: &Checkpoint) -> Result<(), Error> {
     let background = command.as_ref().map_or(Background::Sky, |command| command.background);
     file.tone_map().apply(&mut image, background::alpha_behind(background, film).as_deref());
     let mut encoding = file.encoding();
+    encoding.window = sum.header.identity.crop().map(Window::from);
     if file.metadata() != MetadataArg::None {
         let math = command.as_ref().map_or(MathMode::Precise, |command| command.job.math);
         let fingerprint = sum.header.identity.fingerprint_with(math);

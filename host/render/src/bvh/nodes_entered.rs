@@ -1,4 +1,4 @@
-//! Nodes of the binary BVH on the way of a camera ray, counted on the host.
+//! Nodes of the binary BVH along a camera ray, counted on the host.
 
 use glam::{DVec3, Vec3, Vec4};
 use trisect_shared::bvh::{BvhNode, Child};
@@ -57,9 +57,9 @@ fn enter(entry: &InstanceEntry, origin: DVec3, direction: DVec3) -> (DVec3, DVec
     (linear(origin) + DVec3::from(rows.map(|row| row.w)), linear(direction))
 }
 
-/// Returns whether the ray is in the box at a distance from 0 to `most`.
-fn is_entered(low: Vec3, high: Vec3, origin: DVec3, direction: DVec3, most: f64) -> bool {
-    let (mut first, mut last) = (0.0f64, most);
+/// Returns whether the ray is in the box at a distance from 0 to `max_distance`.
+fn is_entered(low: Vec3, high: Vec3, origin: DVec3, direction: DVec3, max_distance: f64) -> bool {
+    let (mut first, mut last) = (0.0f64, max_distance);
     for axis in 0..3 {
         let (from, along) = (origin[axis], direction[axis]);
         let (low, high) = (f64::from(low[axis]), f64::from(high[axis]));

@@ -3,7 +3,7 @@
 //! Checkpoints store it; `resume` and `merge` compare it.
 
 use crate::error::Difference;
-use crate::render::{Fingerprint, MathMode, Renderer, Settings};
+use crate::render::{Crop, Fingerprint, MathMode, Renderer, Settings};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use trisect_device::DeviceInfo;
@@ -49,6 +49,12 @@ impl Identity {
         // A film may have several arithmetics.
         fingerprint.settings.remove("math");
         Self { fingerprint, prepared: format!("{prepared:08x}"), arithmetic }
+    }
+
+    /// Returns the place of the image in a larger one, if it is a part.
+    pub fn crop(&self) -> Option<Crop> {
+        let crop = self.fingerprint.settings.get("crop")?;
+        serde_json::from_value(crop.clone()).ok()
     }
 
     /// Returns the fingerprint of a render with this `math`, as [`Renderer::fingerprint`] does.

@@ -1,11 +1,12 @@
 //! A part of an image, rendered as an image of its own.
 
 use super::{Settings, SettingsError};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
+use trisect_image::output::Window;
 
 /// Place of an image in a larger one, of which it is a part.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Crop {
     /// Column of the larger image at the part's left edge.
     pub x: u32,
@@ -17,6 +18,15 @@ pub struct Crop {
     pub height: u32,
 }
 
+/// Maximum number of pixels across and down the larger image, as .exr numbers them.
+const MAX_SIDE: u32 = i32::MAX as u32;
+
+impl From<Crop> for Window {
+    fn from(Crop { x, y, width, height }: Crop) -> Self {
+        Self { at: (x, y), of: (width, height) }
+    }
+}
+
 impl Settings {
     /// Returns the settings of the part of this image in these columns and rows. Its pixels show
     /// what those of the whole show, with other random numbers.
@@ -26,7 +36,8 @@ impl Settings {
     /// [`SettingsError::NoSuchCrop`] for a part that is empty or beyond the image.
     pub fn cropped(self, columns: Range<u32>, rows: Range<u32>) -> Result<Self, SettingsError> {
         let (width, height) = (self.width, self.height);
-        if columns.is_empty() || rows.is_empty() || columns.end > width || rows.end > height {
+        let is_large = width.max(height) > MAX_SIDE;
+        if is_large || columns.is_empty() || rows.is_empty() || columns.end > width || rows.end > height {
             return Err(SettingsError::NoSuchCrop { columns, rows, width, height });
         }
         let of = self.crop.unwrap_or(Crop { x: 0, y: 0, width, height });

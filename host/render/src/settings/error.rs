@@ -60,7 +60,7 @@ pub enum SettingsError {
     },
     /// A crop is empty, or beyond the image.
     #[error(
-        "`crop` has columns {} to {} and rows {} to {} of an image of {width}x{height}; choose at least one pixel, within the image",
+        "`crop` has columns {} to {} and rows {} to {} of an image of {width}x{height}; choose at least one pixel, within an image of at most 2147483647 pixels a side",
         columns.start, columns.end, rows.start, rows.end
     )]
     NoSuchCrop {

@@ -9,6 +9,9 @@ pub fn refuse(arguments: &RenderArgs) -> Result<(), MotionError> {
     let MotionArgs { frames, shutter, .. } = &arguments.motion;
     let Some(with) = arguments.motion.option() else { return Ok(()) };
     let error = |what, with, remedy| Err(MotionError::Beside { what, with, remedy });
+    if arguments.motion.camera_path.is_some() && arguments.job.camera.is_given() {
+        return error("--camera-path", "options of the camera", "the file has the camera of each frame");
+    }
     if arguments.checkpointing.checkpoint.is_some() {
         return match frames {
             Some(_) => error(

@@ -1,7 +1,7 @@
 //! `trisect render --frames`, `--camera-path` and `--shutter`: images of a scene or a camera that
 //! moves.
 //!
-//! A [`Stage`](stage::Stage) brings the scene to the moments of each image.
+//! A [`Stage`] brings the scene to the moments of each image.
 
 mod checks;
 mod exposure;

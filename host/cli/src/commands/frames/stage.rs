@@ -30,11 +30,11 @@ pub struct Stage {
     time: f64,
     /// Warnings that were printed.
     said: HashSet<String>,
-    /// Way of the camera; `None` for that of the scene.
+    /// Path of the camera; `None` for the camera of the scene.
     track: Option<Track>,
 }
 
-/// Way of the camera.
+/// Path of the camera, and the times of its frames.
 pub struct Track {
     /// Poses at frames.
     pub path: CameraPath,

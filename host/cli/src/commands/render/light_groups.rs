@@ -1,14 +1,18 @@
 //! `trisect render --light-group`: layers with the light of groups of lights.
 
+use super::super::signals::interrupts;
 use super::super::{Session, eprint};
 use crate::cli::RenderArgs;
 use crate::progress::Bar;
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use trisect::denoise::Denoiser;
 use trisect::error::MotionError;
 use trisect::image::ImageError;
 use trisect::light_groups;
 use trisect::output::{Channel, Format};
-use trisect::render::PreparedScene;
+use trisect::render::{PreparedScene, RenderObserver};
 use trisect::scene::{Rebase, SceneDocument};
 use trisect_lab::Error;
 
@@ -22,8 +26,10 @@ pub fn check(arguments: &RenderArgs) -> Result<(), Error> {
     }
     let (goal, keep) = (&arguments.goal, &arguments.checkpointing);
     let others = [
-        ("a goal", goal.budget.is_some() || goal.target_error.is_some() || goal.quality.is_some()),
-        ("--frames, --camera-path and --shutter", arguments.motion.moves()),
+        ("--budget", goal.budget.is_some()),
+        ("--target-error", goal.target_error.is_some()),
+        ("--quality", goal.quality.is_some()),
+        (arguments.motion.option().unwrap_or_default(), arguments.motion.moves()),
         ("--checkpoint", keep.checkpoint.is_some()),
         ("--time-limit", keep.time_limit.is_some()),
         ("--distribute", arguments.cluster.distribute.is_some()),
@@ -34,7 +40,7 @@ pub fn check(arguments: &RenderArgs) -> Result<(), Error> {
             Err(MotionError::Beside { what: "--light-group", with, remedy }.into())
         }
         None => {
-            document(arguments)?.by_light_groups(&arguments.light_group)?;
+            document(arguments)?.light_group_names(&arguments.light_group)?;
             Ok(())
         }
     }
@@ -52,6 +58,21 @@ fn document(arguments: &RenderArgs) -> Result<SceneDocument, Error> {
     Ok(document)
 }
 
+/// Progress of the groups, which an interrupt ends.
+struct Interruptible {
+    bar: Bar,
+    interrupted: Arc<AtomicBool>,
+}
+
+impl RenderObserver for Interruptible {
+    fn progress(&mut self, done: u64, total: u64) -> ControlFlow<()> {
+        match self.interrupted.load(Ordering::Relaxed) {
+            true => ControlFlow::Break(()),
+            false => self.bar.progress(done, total),
+        }
+    }
+}
+
 /// Renders the layers of the groups with an exposure in stops. An error is printed, so that the
 /// image is written in any case; returns whether there was one.
 pub fn layers(
@@ -65,11 +86,12 @@ pub fn layers(
     }
     let mut render = || {
         let (document, quality) = (document(arguments)?, arguments.job.bvh_quality);
-        let groups = document.by_light_groups(&arguments.light_group)?;
-        let mut bar = Bar::named(arguments.log.quiet, "light groups");
+        let bar = Bar::named(arguments.log.quiet, "light groups");
+        let mut bar = Interruptible { bar, interrupted: interrupts() };
         let Session { renderer, settings, .. } = &mut *session;
-        let filter = (denoise, stops.exp2());
-        let channels = light_groups::render(renderer, settings, (groups, quality), filter, &mut bar);
+        let (groups, filter) =
+            ((&document, arguments.light_group.as_slice(), quality), (denoise, stops.exp2()));
+        let channels = light_groups::render(renderer, settings, groups, filter, &mut bar);
         // What follows is about the scene of the image.
         let scene = document.lower(Rebase::IDENTITY)?;
         renderer.set_scene(&mut PreparedScene::new(&scene, quality)?)?;

@@ -18,7 +18,6 @@ use trisect::metadata;
 use trisect::output;
 use trisect::output::exposure::Exposed;
 use trisect::output::{Encoding, Format, Metadata, Picture, ToneMap, Window, exceeds_half};
-use trisect::render::Crop;
 use trisect::stats::RenderStats;
 use trisect_lab::Error;
 
@@ -208,8 +207,7 @@ fn write(
     (mut metadata, mattes): (Metadata, &Cryptomatte),
 ) -> Result<(), Error> {
     metadata.attributes.clone_from(&mattes.attributes);
-    let crop = session.settings.crop;
-    let window = crop.map(|Crop { x, y, width, height }| Window { at: (x, y), of: (width, height) });
+    let window = session.settings.crop.map(Window::from);
     let encoding = Encoding { metadata, window, ..arguments.file.encoding() };
     match (drawn, exposed) {
         #[cfg(feature = "mpi")]

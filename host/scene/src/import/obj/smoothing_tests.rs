@@ -81,7 +81,7 @@ fn groups_meet_in_an_edge() {
     let (up, around): (Vec<_>, _) = normals(&apart).into_iter().partition(|(_, normal)| normal.y > 0.5);
     assert!(up.len() == SIDES && up.iter().all(|(_, normal)| normal.distance(DVec3::Y) < 1e-6));
     assert!(around.len() == 2 * SIDES && around.iter().all(|(_, normal)| normal.y.abs() < 1e-6));
-    // Control: in one group the rim is round. A group goes on after another one.
+    // Control: in one group the rim is round. A group continues after another one.
     for joined in ["", "s 2\ns 1\n"] {
         let joined = normals(&model(joined));
         let rim = joined.iter().filter(|(_, normal)| (0.3..0.9).contains(&normal.y));

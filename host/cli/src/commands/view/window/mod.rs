@@ -224,6 +224,10 @@ impl ApplicationHandler<UpdateReady> for App {
         if let (Some(picked), Some((known, ..))) = (news.picked, &mut self.picked) {
             *known = Some(picked);
         }
+        if let Some(refused) = news.refused {
+            crate::terminal::eprint(&format!("error: {refused}"));
+            self.message = refused;
+        }
         if let Some(message) = news.message {
             self.message = message;
         }

@@ -68,8 +68,11 @@ impl SceneFiles {
     ) -> Result<(Session, Opened), Error> {
         input::record();
         let opened = Session::open(job, &Outputs::default());
-        // After an error, too: the next change of one of these files may remove its cause.
-        self.files = input::recorded();
+        // After an error of the same scene, too: the next change of one of its files may remove the
+        // cause. After that of another one, the scene that is shown is followed.
+        if is_same || opened.is_ok() {
+            self.files = input::recorded();
+        }
         let mut session = opened?;
         let camera = *session.renderer.pose();
         let stays = is_same && (camera, session.space) == (self.camera, self.space);

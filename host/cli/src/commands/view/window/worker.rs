@@ -69,8 +69,10 @@ pub struct WorkerUpdate {
     pub frame: Option<Frame>,
     /// Name of the device in use, if it changed.
     pub device: Option<String>,
-    /// Error for which there are no frames, or no other scene.
+    /// Error for which there are no frames.
     pub error: Option<String>,
+    /// Error of a task; frames go on.
+    pub refused: Option<String>,
     /// Surface that was picked.
     pub picked: Option<Picked>,
     /// Message about a file that was written.
@@ -276,7 +278,7 @@ impl<W: Fn()> RenderLoop<W> {
                     *viewer = Some(self::viewer(session));
                     lock(&self.shared.update).opened = Some(opened);
                 }
-                Err(error) => lock(&self.shared.update).error = Some(error.to_string()),
+                Err(error) => lock(&self.shared.update).refused = Some(error.to_string()),
             }
             return;
         }
@@ -284,7 +286,7 @@ impl<W: Fn()> RenderLoop<W> {
         match task {
             Some(Task::Pick(x, y)) => match self.pick(viewer, (x, y)) {
                 Ok(picked) => lock(&self.shared.update).picked = Some(picked),
-                Err(error) => lock(&self.shared.update).error = Some(error),
+                Err(error) => lock(&self.shared.update).refused = Some(error),
             },
             Some(Task::SaveRadiance) => {
                 let path = self.job.scene.as_deref();
