@@ -45,7 +45,7 @@ pub const GROUPS: &[(&str, &str)] = &[
     ("ranks", "render resume view"),
 ];
 
-/// Forms of options: name | commands | accepted | refused. A line without a name goes on with the
+/// Forms of options: name | commands | accepted | refused. A line without a name continues the
 /// option above.
 ///
 /// - A line in brackets names options that the lines below it need, and a scene in place of a.ron.

@@ -1,4 +1,4 @@
-//! Parsing of the whole command line: forms of options that clap does not accept by itself.
+//! Parsing of the whole command line: forms of options beyond those of clap.
 
 use super::Cli;
 use clap::{ArgAction, Command, CommandFactory, FromArgMatches};

@@ -54,7 +54,7 @@ fn parse_environment(text: &str) -> Result<EnvironmentSource, String> {
         "studio" => Ok(EnvironmentSource::Studio),
         "sky" => Ok(EnvironmentSource::Sky),
         "uniform" => Ok(EnvironmentSource::Uniform),
-        // A name without a folder and an extension is none of a panorama.
+        // A panorama has an extension.
         name if !name.contains(['.', '/', '\\']) => {
             Err("must be studio, sky, uniform or a panorama in .hdr, .exr or .pfm".to_owned())
         }

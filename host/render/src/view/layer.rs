@@ -106,8 +106,8 @@ impl FrameSums<'_> {
         }
     }
 
-    /// Returns a colour for each number that `number` returns for a pixel's object, and black where
-    /// there is none.
+    /// Returns a colour for each number that `number` returns for a pixel's object, and black for
+    /// pixels without a number.
     fn colors_of(&self, number: impl Fn(u32) -> Option<u32>) -> Vec<u32> {
         let color = |object: &u32| match object {
             0 => BLACK,
