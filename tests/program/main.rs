@@ -24,6 +24,7 @@ mod resources;
 mod scene_fields;
 mod shell;
 mod strict;
+mod surface_layers;
 mod surroundings;
 mod tone_maps;
 mod tradeoff;

@@ -19,6 +19,12 @@ use trisect_shared::camera::Camera;
 pub enum Aov {
     /// `N.X`, `N.Y`, `N.Z`: mean of the unit shading normals on the camera's side.
     Normal,
+    /// `Ns.X`, `Ns.Y`, `Ns.Z`: the values of [`Normal`](Self::Normal), under the name that pbrt
+    /// gives them.
+    ShadingNormal,
+    /// `Ng.X`, `Ng.Y`, `Ng.Z`: mean of the unit geometric normals on the camera's side, as
+    /// [`surfaces`](crate::surfaces) finds them apart from the film.
+    GeometricNormal,
     /// `P.X`, `P.Y`, `P.Z`: mean of the points hit, in the scene's own coordinates (before its
     /// field `space` is applied); 0 where nothing is hit.
     Position,
@@ -34,6 +40,14 @@ pub enum Aov {
     Variance,
     /// `samples`: number of samples of the pixel. `u32`.
     Samples,
+    /// `UV.U`, `UV.V`: mean of the texture coordinates at the hits, u to the right and v upwards in
+    /// an image; 0 where nothing is hit. [Rendered](crate::surfaces) apart from the film.
+    Uv,
+    /// `forward.u`, `forward.v`, `backward.u`, `backward.v`: mean motion of the points hit to the
+    /// frames after and before, in pixels to the right and upwards; of the sky by the camera's
+    /// rotation where nothing is hit; 0 for a point behind the camera of that frame.
+    /// [Rendered](crate::surfaces) apart from the film.
+    Motion,
     /// `CryptoObject00.R` to `CryptoMaterial02.A`: mattes of objects and materials, which are
     /// [rendered](crate::cryptomatte) apart from the film.
     Cryptomatte,
@@ -41,20 +55,30 @@ pub enum Aov {
 
 impl Aov {
     /// Layers with their names on the command line.
-    pub const ALL: [(&'static str, Self); 8] = [
+    pub const ALL: [(&'static str, Self); 12] = [
         ("normal", Self::Normal),
+        ("shading-normal", Self::ShadingNormal),
+        ("geometric-normal", Self::GeometricNormal),
         ("position", Self::Position),
         ("albedo", Self::Albedo),
         ("depth", Self::Depth),
         ("id", Self::Id),
         ("variance", Self::Variance),
         ("samples", Self::Samples),
+        ("uv", Self::Uv),
+        ("motion", Self::Motion),
         ("cryptomatte", Self::Cryptomatte),
     ];
 
     /// Returns whether the layer needs a film with AOV sums.
     pub fn needs_aov_sums(self) -> bool {
-        !matches!(self, Self::Variance | Self::Samples | Self::Cryptomatte)
+        let is_apart = self.needs_surfaces() || self == Self::Cryptomatte;
+        !is_apart && !matches!(self, Self::Variance | Self::Samples)
+    }
+
+    /// Returns whether the layer is one of the [surfaces](crate::surfaces) that camera rays see.
+    pub fn needs_surfaces(self) -> bool {
+        matches!(self, Self::GeometricNormal | Self::Uv | Self::Motion)
     }
 }
 
@@ -85,7 +109,8 @@ pub struct FilmPlace<'a, F: Fn(Option<u32>) -> u32> {
     pub object: F,
 }
 
-/// Returns the channels of the layers `aovs` of a film, without mattes. `stops` is the exposure of
+/// Returns the channels of the layers `aovs` of a film, without those that
+/// are rendered apart. `stops` is the exposure of
 /// the image beside them, by which the variance is scaled.
 ///
 /// # Errors
@@ -117,6 +142,7 @@ fn layer(
     let short = |value: [f64; 3]| value.map(|x| x as f32);
     match aov {
         Aov::Normal => channels("N.", XYZ, &aovs.map(|aov| short(aov.normal())), Samples::Color),
+        Aov::ShadingNormal => channels("Ns.", XYZ, &aovs.map(|aov| short(aov.normal())), Samples::Color),
         Aov::Position => {
             let scene_point = |g: AovTotals| match g.hits {
                 0 => [0.0; 3],
@@ -149,7 +175,7 @@ fn layer(
             let counts = film.pixels.map(|pixel| count(pixel.samples));
             vec![Channel::new("samples", Samples::U32(counts))]
         }
-        Aov::Cryptomatte => Vec::new(),
+        Aov::GeometricNormal | Aov::Uv | Aov::Motion | Aov::Cryptomatte => Vec::new(),
     }
 }
 
@@ -195,6 +221,9 @@ mod tests {
             "N.X",
             "N.Y",
             "N.Z",
+            "Ns.X",
+            "Ns.Y",
+            "Ns.Z",
             "P.X",
             "P.Y",
             "P.Z",

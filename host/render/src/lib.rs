@@ -58,6 +58,7 @@
 //! | [`image`] | images in memory, read from files |
 //! | [`output`] | image files: PNG, EXR, PFM, HDR; exposure |
 //! | [`layers`] | AOVs as layers of EXR files |
+//! | [`surfaces`] | texture coordinates, geometric normals and motion as layers |
 //! | [`checkpoint`] | files from which a render resumes to the same bits |
 //! | [`view`] | camera navigation and camera paths for live frames |
 //! | [`metrics`] | differences of two images: relMSE, RMSE, PSNR, FLIP |
@@ -167,6 +168,7 @@
 pub mod adaptive;
 pub mod bvh;
 mod camera;
+pub mod camera_rays;
 pub mod checkpoint;
 pub mod cryptomatte;
 pub mod denoise;
@@ -181,6 +183,7 @@ pub mod prelude;
 pub mod render;
 pub mod settings;
 pub mod stats;
+pub mod surfaces;
 pub mod view;
 
 pub use error::Error;

@@ -200,7 +200,9 @@ pub const TABLE: &str = r#"
 [--output=b.exr]
 --aov              | render                | normal normal,depth id        | nosuch Normal normal, id,id
                    | render                | position,albedo,variance      |
-                   | render                | samples cryptomatte           |
+                   | render                | samples cryptomatte           | motion
+                   | render                | shading-normal uv             |
+                   | render                | geometric-normal,uv           |
 --light-group      | render                | sky_light=sky all=* a-1=s*,s* | sky =sky a= a.b=sky rest=sky
                    | render                |                               | a=nosuch@4~nosuch
 --float            | file                  | .                             |

@@ -92,6 +92,10 @@ pub struct JobArgs {
     #[arg(skip)]
     pub needs_names: bool,
 
+    /// True if layers need the surfaces of the scene. Set by the program.
+    #[arg(skip)]
+    pub needs_surfaces: bool,
+
     /// Source of random numbers (default: sobol; with a goal such as --budget: the better one).
     #[arg(help_heading = "Samples", long, value_enum)]
     pub sampler: Option<Sampler>,

@@ -52,9 +52,10 @@ pub struct RenderArgs {
     #[arg(help_heading = "Image", long, value_name = "X0,Y0,X1,Y1", allow_hyphen_values = true, value_parser = parse_crop)]
     pub crop: Option<CropWindow>,
 
-    /// Additional layers of an .exr, separated by commas: normal, position, albedo, depth, id,
-    /// variance, samples, cryptomatte (mattes of objects and materials). Position and depth are in
-    /// scene units (default: none).
+    /// Additional layers of an .exr, separated by commas: normal (or shading-normal),
+    /// geometric-normal, position, albedo, depth, id, variance, samples, uv (texture coordinates),
+    /// motion (to the frames before and after, with --frames or --camera-path), cryptomatte (mattes
+    /// of objects and materials). Position and depth are in scene units (default: none).
     #[arg(help_heading = "Image file", long, value_name = "LAYERS", value_delimiter = ',', value_parser = parse_aov)]
     pub aov: Vec<Aov>,
 

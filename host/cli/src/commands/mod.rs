@@ -44,6 +44,7 @@ use trisect::output::{CameraMetadata, Format, Outputs};
 use trisect::precision;
 use trisect::render::{KernelFeatures, MathMode, PreparedScene, Renderer, Settings, Summation};
 use trisect::scene::{PartName, Rebase, Scene, SceneDocument, SceneError};
+use trisect::surfaces::SurfaceScenes;
 use trisect::threads::start_shared;
 use trisect_cluster::ClusterError;
 use trisect_lab::Error;
@@ -67,6 +68,8 @@ pub struct Session {
     pub notes: Vec<String>,
     /// Names of the objects; empty unless the job needs them.
     pub names: Vec<PartName>,
+    /// Scene of the image, and of the frames beside it; `None` unless the job needs them.
+    pub surfaces: Option<SurfaceScenes>,
     /// Seconds of reading and validating the scene.
     pub load_seconds: f64,
     /// Seconds of opening the device.
@@ -89,6 +92,7 @@ pub struct Loaded {
     warnings: Vec<String>,
     notes: Vec<String>,
     names: Vec<PartName>,
+    needs_surfaces: bool,
     seconds: f64,
 }
 
@@ -142,7 +146,8 @@ impl Loaded {
         let name = job.scene.as_ref().map_or_else(|| "SCENE".to_owned(), |path| path.display().to_string());
         warnings.extend(beyond.iter().map(|line| format!("{line}; for remedies: trisect check {name}")));
         let seconds = start.elapsed().as_secs_f64();
-        Ok(Self { scene, settings, space, warnings, notes, names, seconds })
+        let needs_surfaces = job.needs_surfaces;
+        Ok(Self { scene, settings, space, warnings, notes, names, needs_surfaces, seconds })
     }
 
     /// Returns a scene that another rank has read, with the settings of `job`.
@@ -151,7 +156,8 @@ impl Loaded {
         let settings = job.cropped(job.settings(Settings::of(&scene)))?;
         settings.check()?;
         let (space, warnings, notes, names) = (Rebase::IDENTITY, Vec::new(), Vec::new(), Vec::new());
-        Ok(Self { scene, settings, space, warnings, notes, names, seconds: 0.0 })
+        let needs_surfaces = job.needs_surfaces;
+        Ok(Self { scene, settings, space, warnings, notes, names, needs_surfaces, seconds: 0.0 })
     }
 
     /// Prints the warnings.
@@ -185,6 +191,8 @@ impl Loaded {
         let renderer = Renderer::upload(selection.device, prepared)?;
         let (settings, name, choice) = (settings.clone(), scene.name.clone(), selection.why);
         let (notes, names) = (self.notes.clone(), self.names.clone());
+        let still = || SurfaceScenes { scene: Arc::new(scene.clone()), neighbours: None };
+        let surfaces = self.needs_surfaces.then(still);
         Ok(Session {
             renderer,
             settings,
@@ -194,6 +202,7 @@ impl Loaded {
             choice,
             notes,
             names,
+            surfaces,
             load_seconds,
             open_seconds,
             fallback_scene: None,

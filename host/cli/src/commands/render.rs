@@ -24,6 +24,7 @@ use trisect::adaptive::{self, Goal, Request, Sampled};
 use trisect::checkpoint::{self, Checkpoint, CheckpointError, Place, arithmetic};
 use trisect::denoise::Denoiser;
 use trisect::device::BackendError;
+use trisect::error::MotionError;
 use trisect::film::{Film, SampleBlock};
 use trisect::layers::{self, Aov};
 use trisect::output;
@@ -57,7 +58,8 @@ pub fn run(arguments: &RenderArgs) -> Result<ExitCode, Error> {
 /// Returns the job of a command, with what its outputs need.
 pub fn job(arguments: &RenderArgs) -> JobArgs {
     let needs_names = arguments.aov.contains(&Aov::Cryptomatte);
-    JobArgs { needs_names, crop: arguments.crop, ..arguments.job.clone() }
+    let needs_surfaces = arguments.aov.iter().any(|aov| aov.needs_surfaces());
+    JobArgs { needs_names, needs_surfaces, crop: arguments.crop, ..arguments.job.clone() }
 }
 
 /// Returns the goal of a command for one process, and its filter, which a goal may replace. Prints
@@ -233,6 +235,10 @@ pub fn check(arguments: &RenderArgs) -> Result<(), Error> {
     }
     if !arguments.aov.is_empty() {
         layers::check(&arguments.output, &arguments.aov)?;
+    }
+    let moves = arguments.motion.frames.is_some() || arguments.motion.camera_path.is_some();
+    if arguments.aov.contains(&Aov::Motion) && !moves {
+        return Err(MotionError::NoFrames.into());
     }
     light_groups::check(arguments)?;
     background::check(arguments.background, &arguments.output)?;

@@ -4,7 +4,7 @@
 use std::borrow::Cow;
 
 /// Settings whose options have their names.
-const OPTIONS: [&str; 53] = [
+const OPTIONS: [&str; 55] = [
     "allow_outside",
     "aov",
     "background",
@@ -13,6 +13,7 @@ const OPTIONS: [&str; 53] = [
     "block",
     "budget",
     "cache",
+    "camera_path",
     "checkpoint",
     "clamp",
     "counts",
@@ -28,6 +29,7 @@ const OPTIONS: [&str; 53] = [
     "distribute",
     "exposure",
     "first",
+    "frames",
     "gamma",
     "ground",
     "height",

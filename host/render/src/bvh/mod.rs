@@ -9,6 +9,7 @@ mod bounds;
 mod build;
 mod instances;
 mod memory;
+mod nearest;
 mod nodes_entered;
 mod padding;
 mod parts;

@@ -44,6 +44,11 @@ impl TreeOnHost<'_> {
     /// Returns the entry of the instance that a leaf is, if it is one.
     fn entry(&self, leaf: Child) -> Option<InstanceEntry> {
         let number = leaf.index().checked_sub(self.first_instance).filter(|_| leaf != Child::EMPTY)?;
+        self.entry_of(number)
+    }
+
+    /// Returns the entry of an instance.
+    pub(super) fn entry_of(&self, number: u32) -> Option<InstanceEntry> {
         let node = self.nodes.get(self.first_instance_node as usize + 2 * number as usize)?;
         Some(bytemuck::cast(*node))
     }

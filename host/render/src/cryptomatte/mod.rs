@@ -9,19 +9,17 @@ mod coverage;
 mod hash;
 
 use crate::Error;
-use crate::film::Film;
+#[cfg(doc)]
+use crate::camera_rays::MAX_SAMPLES;
+use crate::camera_rays::for_each_sample;
 use crate::render::{RenderObserver, Renderer, Settings};
 use coverage::PixelCoverage;
 pub(crate) use hash::hash_of_name;
 use hash::id_of_hash;
 use rayon::prelude::*;
 use serde_json::{Map, Value};
-use std::ops::ControlFlow;
 use trisect_image::output::{Channel, Samples};
 use trisect_scene::PartName;
-
-/// Maximum number of samples per pixel from which coverage is computed.
-pub const MAX_SAMPLES: u32 = 64;
 
 /// Number of ids of a pixel that a file has: two for each of its layers.
 const RANKS: usize = 6;
@@ -47,24 +45,12 @@ pub fn render(
     names: &[PartName],
     observer: &mut dyn RenderObserver,
 ) -> Result<Cryptomatte, Error> {
-    let samples = settings.samples.clamp(1, MAX_SAMPLES);
-    // Objects are seen by camera rays alone.
-    let settings = Settings { depth: 1, guides: true, samples, denoise: None, ..settings.clone() };
     let mut pixels = vec![PixelCoverage::default(); settings.pixels() as usize];
-    for sample in 0..samples {
-        let mut film = Film::with_aovs(settings.width, settings.height);
-        renderer.render_samples(&mut film, &settings, &(sample..sample + 1), &(), &mut ())?;
+    let samples = for_each_sample(renderer, settings, observer, |renderer, film| {
         let primitives = film.aovs.map(|aov| aov.primitive());
-        pixels
-            .iter_mut()
-            .zip(primitives)
-            .for_each(|(pixel, primitive)| pixel.add(renderer.object(primitive)));
-        renderer.recycle(film);
-        let done = u64::from(sample + 1);
-        if let ControlFlow::Break(()) = observer.progress(done, u64::from(samples)) {
-            return Err(Error::Cancelled);
-        }
-    }
+        let each = pixels.iter_mut().zip(primitives);
+        each.for_each(|(pixel, primitive)| pixel.add(renderer.object(primitive)));
+    })?;
     let objects = matte("CryptoObject", &pixels, samples, names.iter().map(|name| name.object.as_str()));
     let materials =
         matte("CryptoMaterial", &pixels, samples, names.iter().map(|name| name.material.as_str()));
@@ -122,6 +108,7 @@ mod tests {
     #![allow(clippy::unwrap_used, clippy::panic, reason = "this is how a test fails")]
 
     use super::*;
+    use std::ops::ControlFlow;
     use trisect_device::cpu::Cpu;
     use trisect_scene::{Rebase, Scene, SceneDocument};
 

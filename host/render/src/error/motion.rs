@@ -32,6 +32,9 @@ pub enum MotionError {
         /// Option that makes the scene move.
         option: &'static str,
     },
+    /// The image has no frames beside it, to which motion could be measured.
+    #[error("`aov` motion is the motion between frames; add `frames`, such as 0..1, or `camera_path`")]
+    NoFrames,
     /// A file name does not say where the number of an image goes.
     #[error("{}: {problem}; write the number of the frame once in the file's name, as %04d", path.display())]
     Name {

@@ -1,8 +1,8 @@
 //! The part of a scene that launches need once its arrays are on a device, and its camera.
 
+use super::Settings;
 use super::boundaries::Boundaries;
 use super::scene_params::SceneParams;
-use super::{Crop, Settings};
 use crate::bvh::TreeOnHost;
 use crate::bvh::{Bvh, BvhQuality};
 use crate::camera;
@@ -115,12 +115,7 @@ impl LaunchScene {
 
     /// Returns the camera record of the launch parameters.
     pub fn camera(&self, settings: &Settings) -> Camera {
-        match settings.crop {
-            None => camera::record(&self.camera, settings.width, settings.height),
-            Some(Crop { x, y, width, height }) => {
-                camera::shifted(camera::record(&self.camera, width, height), x, y)
-            }
-        }
+        settings.camera_record(&self.camera)
     }
 
     /// Returns the CRC-32 of BVH, light table and camera record, for an image of this size. Films

@@ -1,9 +1,12 @@
 //! A part of an image, rendered as an image of its own.
 
 use super::{Settings, SettingsError};
+use crate::camera;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use trisect_image::output::Window;
+use trisect_scene::CameraPose;
+use trisect_shared::camera::Camera;
 
 /// Place of an image in a larger one, of which it is a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -51,6 +54,14 @@ impl Settings {
         match self.crop {
             Some(Crop { width, height, .. }) => Self { width, height, crop: None, ..self },
             None => self,
+        }
+    }
+
+    /// Returns the camera record of an image with these settings.
+    pub(crate) fn camera_record(&self, pose: &CameraPose) -> Camera {
+        match self.crop {
+            None => camera::record(pose, self.width, self.height),
+            Some(Crop { x, y, width, height }) => camera::shifted(camera::record(pose, width, height), x, y),
         }
     }
 }

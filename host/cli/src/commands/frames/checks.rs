@@ -32,7 +32,13 @@ pub fn refuse(arguments: &RenderArgs) -> Result<(), MotionError> {
         if let Some((what, _)) = goals.into_iter().find(|goal| goal.1) {
             return error(what, "--shutter", "its samples are divided over moments: name --spp");
         }
-        let one_moment = [("--aov id", Aov::Id), ("--aov cryptomatte", Aov::Cryptomatte)];
+        let one_moment = [
+            ("--aov id", Aov::Id),
+            ("--aov cryptomatte", Aov::Cryptomatte),
+            ("--aov geometric-normal", Aov::GeometricNormal),
+            ("--aov uv", Aov::Uv),
+            ("--aov motion", Aov::Motion),
+        ];
         if let Some((what, _)) = one_moment.into_iter().find(|(_, aov)| arguments.aov.contains(aov)) {
             return error(
                 what,

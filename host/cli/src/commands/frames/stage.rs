@@ -3,12 +3,15 @@
 use super::super::{Loaded, Session, eprint, fit_to_cpu, open, warn};
 use crate::cli::{JobArgs, MetadataArg, RenderArgs};
 use std::collections::HashSet;
+use std::sync::Arc;
 use std::time::Instant;
 use trisect::device::Choice;
 use trisect::error::MotionError;
+use trisect::layers::Aov;
 use trisect::output::Outputs;
 use trisect::render::{PreparedScene, SceneTree};
 use trisect::scene::{AnimatedScene, CameraPath, CameraPose, Scene, SceneError};
+use trisect::surfaces::{NeighbourFrame, SurfaceScenes};
 use trisect_lab::Error;
 
 /// A scene at one time on a device, and how it is brought to another time.
@@ -32,6 +35,8 @@ pub struct Stage {
     said: HashSet<String>,
     /// Path of the camera; `None` for the camera of the scene.
     track: Option<Track>,
+    /// Frames per second, if the frames beside an image are needed.
+    neighbours_at: Option<f64>,
 }
 
 /// Path of the camera, and the times of its frames.
@@ -90,9 +95,23 @@ impl Stage {
         let tree = Some(prepared.into_tree());
         let (scene, falls_back) = (loaded.scene, keep.fallback.is_some());
         let trees = (0, 1);
-        let mut stage =
-            Self { session, scene, trees, animated, job, falls_back, outputs, tree, time, said, track };
+        let neighbours_at = arguments.aov.contains(&Aov::Motion).then(|| arguments.motion.fps());
+        let mut stage = Self {
+            session,
+            scene,
+            trees,
+            animated,
+            job,
+            falls_back,
+            outputs,
+            tree,
+            time,
+            said,
+            track,
+            neighbours_at,
+        };
         stage.aim(time)?;
+        stage.note_surfaces()?;
         Ok(stage)
     }
 
@@ -112,7 +131,8 @@ impl Stage {
             return Ok(());
         }
         if !self.animated.moves() {
-            return self.aim(time);
+            self.aim(time)?;
+            return self.note_surfaces();
         }
         let start = Instant::now();
         let document = self.animated.document(time)?;
@@ -125,7 +145,46 @@ impl Stage {
         if let Some(digest) = &mut self.session.digest {
             *digest = loaded.scene.digest();
         }
-        self.set_scene(loaded.scene, time, start)
+        self.set_scene(loaded.scene, time, start)?;
+        self.note_surfaces()
+    }
+
+    /// Keeps the scene, and those of the frames beside it, if layers need them.
+    fn note_surfaces(&mut self) -> Result<(), Error> {
+        if !self.job.needs_surfaces {
+            return Ok(());
+        }
+        let neighbours = match self.neighbours_at {
+            Some(fps) => {
+                Some([self.neighbour(self.time - 1.0 / fps)?, self.neighbour(self.time + 1.0 / fps)?])
+            }
+            None => None,
+        };
+        let scenes = SurfaceScenes { scene: Arc::new(self.scene.clone()), neighbours };
+        let unknown =
+            "objects appear or vanish beside this frame: its layer of motion has that of the camera alone";
+        if !scenes.can_be_compared() {
+            let at = format!("at {:.3} s: {unknown}", self.time);
+            warn(&[at], &self.scene.name, self.job.deny_warnings)?;
+        }
+        self.session.surfaces = Some(scenes);
+        Ok(())
+    }
+
+    /// Returns the frame at another time.
+    fn neighbour(&mut self, time: f64) -> Result<NeighbourFrame, Error> {
+        let scene = match self.animated.moves() {
+            true => {
+                let document = self.animated.document(time)?;
+                Some(Arc::new(self.animated.lower(document)?))
+            }
+            false => None,
+        };
+        let camera = match &self.track {
+            Some(track) => self.session.space.camera(&track.pose(time)?),
+            None => scene.as_ref().map_or(self.scene.camera, |scene| scene.camera),
+        };
+        Ok(NeighbourFrame { scene, camera })
     }
 
     /// Brings the scene to another moment of an image.

@@ -17,8 +17,9 @@ use trisect::layers::{Aov, FilmPlace, layers};
 use trisect::metadata;
 use trisect::output;
 use trisect::output::exposure::Exposed;
-use trisect::output::{Encoding, Format, Metadata, Picture, ToneMap, Window, exceeds_half};
+use trisect::output::{Channel, Encoding, Format, Metadata, Picture, ToneMap, Window, exceeds_half};
 use trisect::stats::RenderStats;
+use trisect::surfaces;
 use trisect_lab::Error;
 
 /// Message about an .exr whose colours do not fit 16-bit floats.
@@ -95,11 +96,13 @@ pub fn write_outputs(
     stats.exposure = exposed.as_ref().map_or(0.0, |(_, exposed)| exposed.stops);
     stats.tonemap = arguments.file.tone_map().name();
     let (mattes, mattes_failed) = mattes(arguments, session);
+    let (of_surfaces, surfaces_failed) = surfaces(arguments, session);
     let denoiser = stats.denoise;
     let (of_lights, lights_failed) =
         light_groups::layers(arguments, session, denoiser.as_ref(), stats.exposure);
-    let mattes = Cryptomatte { channels: [mattes.channels, of_lights].concat(), ..mattes };
-    let failed = mattes_failed || lights_failed;
+    let channels = [mattes.channels, of_surfaces, of_lights].concat();
+    let mattes = Cryptomatte { channels, ..mattes };
+    let failed = mattes_failed || surfaces_failed || lights_failed;
     let session = &*session;
     let written = or_fallback_path(&arguments.output, |path| {
         let metadata = metadata(arguments, session, stats);
@@ -245,6 +248,22 @@ fn mattes(arguments: &RenderArgs, session: &mut Session) -> (Cryptomatte, bool) 
         Err(error) => {
             eprint(&format!("error: mattes: {error}"));
             (Cryptomatte::default(), true)
+        }
+    }
+}
+
+/// Renders the layers of surfaces that the command asks for. An error is printed, so that the image
+/// is written in any case; returns whether there was one.
+fn surfaces(arguments: &RenderArgs, session: &mut Session) -> (Vec<Channel>, bool) {
+    let Session { renderer, settings, surfaces: Some(scenes), .. } = session else {
+        return (Vec::new(), false);
+    };
+    let mut bar = Bar::named(arguments.log.quiet, "surfaces");
+    match surfaces::render(renderer, settings, scenes, &arguments.aov, &mut bar) {
+        Ok(channels) => (channels, false),
+        Err(error) => {
+            eprint(&format!("error: layers of surfaces: {error}"));
+            (Vec::new(), true)
         }
     }
 }
