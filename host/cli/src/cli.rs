@@ -22,7 +22,6 @@ mod render;
 mod shell;
 mod surroundings;
 mod switch;
-mod time;
 mod tradeoff;
 mod view;
 
@@ -52,6 +51,7 @@ pub use view::ViewArgs;
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 use trisect::output::exposure::MAX_STOPS;
+use trisect::time;
 use trisect_lab::tradeoff::MAX_SEEDS;
 
 /// A path tracer whose kernels are written once in Rust and run on the CPU, through wgpu and

@@ -67,6 +67,7 @@
 //! | [`prelude`] | what most programs need, for one `use` |
 //! | [`spin`] | threads that wait without sleeping, as long as the host is not loaded |
 //! | [`threads`] | threads, with an error where the system refuses them |
+//! | [`time`] | times as people write them |
 //! | [`error`] | [`Error`] and the program's exit codes |
 //!
 //! Above this crate are `trisect_cluster` (one image over several processes, by MPI), `trisect_lab`
@@ -191,4 +192,4 @@ pub use glam;
 pub use trisect_device as device;
 pub use trisect_image::{self as image, metrics, output};
 pub use trisect_scene::{self as scene, alias, precision};
-pub use trisect_system::{input, memory, spin, threads};
+pub use trisect_system::{input, memory, spin, threads, time};

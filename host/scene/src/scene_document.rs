@@ -120,8 +120,18 @@ impl SceneDocument {
     ///
     /// [`SceneError`] names the place.
     pub fn parse_including(text: &str, name: &str, includes: Includes) -> Result<Self, SceneError> {
-        let options = LoadOptions { includes, ..LoadOptions::default() };
-        Self::read(text, name, &Folder::new("".into()).including(includes), &options)
+        Self::parse_with(text, name, &LoadOptions { includes, ..LoadOptions::default() })
+    }
+
+    /// Reads a scene from text with these choices. Files that it names are relative to the current
+    /// folder.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError`] names the place.
+    pub fn parse_with(text: &str, name: &str, options: &LoadOptions) -> Result<Self, SceneError> {
+        let folder = Folder::new("".into()).including(options.includes);
+        Self::read(text, name, &folder, options)?.surrounded(&options.surroundings)
     }
 
     /// Returns the built-in scene; see [`Scene::hello_world`].

@@ -7,3 +7,4 @@ pub mod input;
 pub mod memory;
 pub mod spin;
 pub mod threads;
+pub mod time;

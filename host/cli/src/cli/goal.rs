@@ -4,7 +4,7 @@ use super::time::parse_time;
 use super::{DenoiseArgs, JobArgs};
 use clap::{Args, ValueEnum};
 use std::time::Duration;
-use trisect::adaptive::{Adaptive, Free, Goal, Request};
+use trisect::adaptive::{Adaptive, DEFAULT_MAX_SAMPLES, Free, Goal, Request};
 use trisect::denoise::{DenoiseError, Filter};
 
 /// Goal of a render in place of `--spp`.
@@ -47,9 +47,6 @@ pub enum QualityGoal {
     /// Short for --target-error 1%.
     Final,
 }
-
-/// Maximum mean samples per pixel, unless `--max-spp` is given.
-const DEFAULT_MAX_SAMPLES: u32 = 1 << 20;
 
 impl GoalArgs {
     /// Returns a warning for each given option that has no effect on this command.

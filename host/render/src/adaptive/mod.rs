@@ -51,6 +51,9 @@ pub enum Goal {
     Time(Duration),
 }
 
+/// Maximum of the mean samples per pixel of a render to a target error, unless another is given.
+pub const DEFAULT_MAX_SAMPLES: u32 = 1 << 20;
+
 /// Distribution of samples over pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]

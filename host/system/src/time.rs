@@ -1,4 +1,4 @@
-//! Times on the command line: a number with a unit, or seconds without one.
+//! Times as people write them: a number with a unit, or seconds without one.
 
 use std::time::Duration;
 
@@ -7,7 +7,7 @@ const UNITS: [(&str, f64); 6] =
     [("ms", 1e-3), ("min", 60.0), ("s", 1.0), ("m", 60.0), ("h", 3600.0), ("", 1.0)];
 
 /// Returns the seconds of a time such as `1.5`, `2s`, `500ms`, `5m` or `2h`; `None` for other text.
-pub(super) fn seconds(text: &str) -> Option<f64> {
+pub fn seconds(text: &str) -> Option<f64> {
     let text = text.trim();
     let (number, unit) = UNITS.into_iter().find_map(|(unit, of)| Some((text.strip_suffix(unit)?, of)))?;
     let number: f64 = number.trim().parse().ok()?;
@@ -15,19 +15,29 @@ pub(super) fn seconds(text: &str) -> Option<f64> {
 }
 
 /// Parses a time of at least 0.
-pub(super) fn parse_time(text: &str) -> Result<Duration, String> {
+///
+/// # Errors
+///
+/// The form that is expected, for other text.
+pub fn parse_time(text: &str) -> Result<Duration, String> {
     let time = seconds(text).and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
     time.ok_or_else(|| "write it as 5 or 5s for seconds, 500ms, 1.5m or 2h".to_owned())
 }
 
 /// Parses a time above 0.
-pub(super) fn parse_positive_time(text: &str) -> Result<Duration, String> {
+///
+/// # Errors
+///
+/// The form that is expected, for other text and for 0.
+pub fn parse_positive_time(text: &str) -> Result<Duration, String> {
     let time = parse_time(text)?;
     if time > Duration::ZERO { Ok(time) } else { Err("must be above 0".to_owned()) }
 }
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used, reason = "this is how a test fails")]
+
     use super::*;
 
     #[test]

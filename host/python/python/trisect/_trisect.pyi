@@ -1,0 +1,171 @@
+import os
+import typing as t
+
+import numpy as np
+import numpy.typing as npt
+
+from . import parts
+
+__version__: str
+
+_Path = t.Union[str, "os.PathLike[str]"]
+_Floats = npt.NDArray[np.float32]
+_Image = t.Union["Frame", _Floats, _Path]
+_Aov = t.Literal[
+    "normal", "shading-normal", "geometric-normal", "position", "albedo", "depth", "id", "variance",
+    "samples", "uv", "cryptomatte",
+]
+
+@t.final
+class Progress:
+    @property
+    def done(self) -> int: ...
+    @property
+    def total(self) -> t.Optional[int]: ...
+    @property
+    def seconds(self) -> float: ...
+    @property
+    def left(self) -> t.Optional[float]: ...
+    @property
+    def error(self) -> t.Optional[float]: ...
+
+@t.final
+class Scene:
+    def __new__(
+        cls,
+        *,
+        camera: parts.Camera,
+        materials: t.Mapping[str, parts.Material],
+        objects: t.Sequence[parts.Object] = (),
+        lights: t.Sequence[parts.Light] = (),
+        sky: t.Optional[parts.Sky] = None,
+        textures: t.Optional[t.Mapping[str, parts.Texture]] = None,
+        media: t.Optional[t.Mapping[str, parts.Medium]] = None,
+        atmosphere: t.Optional[str] = None,
+        portals: t.Sequence[parts.Portal] = (),
+        ground: t.Optional[parts.Ground] = None,
+        width: int = 640,
+        height: int = 360,
+        spp: int = 64,
+        depth: int = 50,
+        about: str = "",
+    ) -> Scene: ...
+    @staticmethod
+    def load(
+        path: _Path,
+        *,
+        set: t.Optional[t.Dict[str, t.Any]] = None,
+        camera: t.Optional[str] = None,
+        time: t.Optional[float] = None,
+        allow_outside: bool = False,
+    ) -> Scene: ...
+    @staticmethod
+    def parse(text: str, name: str = "<text>") -> Scene: ...
+    @staticmethod
+    def hello_world() -> Scene: ...
+    @staticmethod
+    def from_bytes(bytes: bytes) -> Scene: ...
+    def to_bytes(self) -> bytes: ...
+    def edit(self, changes: t.Dict[str, t.Any]) -> Scene: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def warnings(self) -> t.List[str]: ...
+    @property
+    def objects(self) -> t.List[str]: ...
+    @property
+    def primitives(self) -> int: ...
+    @property
+    def size(self) -> t.Tuple[int, int]: ...
+    @property
+    def spp(self) -> int: ...
+    @property
+    def digest(self) -> str: ...
+
+@t.final
+class Film:
+    @property
+    def mean(self) -> _Floats: ...
+    @property
+    def variance(self) -> _Floats: ...
+    @property
+    def samples(self) -> npt.NDArray[np.uint32]: ...
+    @property
+    def rejected(self) -> int: ...
+    @property
+    def width(self) -> int: ...
+    @property
+    def height(self) -> int: ...
+    def __add__(self, other: Film, /) -> Film: ...
+
+@t.final
+class Frame:
+    @property
+    def image(self) -> _Floats: ...
+    @property
+    def film(self) -> Film: ...
+    @property
+    def aovs(self) -> t.Dict[str, npt.NDArray[t.Any]]: ...
+    @property
+    def alpha(self) -> t.Optional[_Floats]: ...
+    @property
+    def stats(self) -> t.Dict[str, t.Any]: ...
+    @property
+    def complete(self) -> bool: ...
+    def save(
+        self,
+        path: _Path,
+        *,
+        exposure: t.Union[None, float, t.Literal["auto"]] = None,
+        tonemap: t.Optional[t.Literal["none", "filmic", "agx", "aces"]] = None,
+        gamma: t.Optional[float] = None,
+        bits: t.Literal[8, 16] = 8,
+        full: bool = False,
+    ) -> None: ...
+    def _repr_png_(self) -> bytes: ...
+
+@t.final
+class Renderer:
+    def __new__(
+        cls,
+        scene: Scene,
+        backend: t.Optional[t.Literal["auto", "cpu", "wgpu", "cuda"]] = None,
+        *,
+        device: t.Optional[int] = None,
+        threads: t.Optional[int] = None,
+    ) -> Renderer: ...
+    def render(
+        self,
+        spp: t.Optional[int] = None,
+        *,
+        budget: t.Union[None, str, float] = None,
+        target_error: t.Union[None, str, float] = None,
+        max_spp: t.Optional[int] = None,
+        adaptive: t.Literal["auto", "on", "off"] = "auto",
+        width: t.Optional[int] = None,
+        height: t.Optional[int] = None,
+        crop: t.Optional[t.Tuple[float, float, float, float]] = None,
+        depth: t.Optional[int] = None,
+        seed: int = 0,
+        sampler: t.Optional[t.Literal["sobol", "independent"]] = None,
+        roulette: t.Optional[bool] = None,
+        roulette_depth: t.Optional[int] = None,
+        light_sampling: bool = True,
+        clamp: t.Optional[float] = None,
+        transparent: bool = False,
+        denoise: t.Optional[t.Literal["off", "atrous", "svgf", "oidn"]] = None,
+        aov: t.Union[_Aov, t.Sequence[_Aov]] = (),
+        progress: t.Union[None, bool, t.Callable[[Progress], t.Any]] = None,
+    ) -> Frame: ...
+    def update(self, scene: Scene) -> None: ...
+    def cancel(self) -> None: ...
+    @property
+    def scene(self) -> Scene: ...
+    @property
+    def backend(self) -> str: ...
+    @property
+    def device(self) -> str: ...
+
+def devices() -> t.List[t.Dict[str, t.Any]]: ...
+def read_image(path: _Path) -> _Floats: ...
+def compare(image: _Image, reference: _Image, *, flip_map: bool = False) -> t.Dict[str, t.Any]: ...

@@ -1,0 +1,44 @@
+//! Python module of Trisect: scenes, renders and measurements, with NumPy arrays.
+//!
+//! The classes hold the library's types. Python code of the package, in `python/trisect`, has the
+//! exceptions, the parts of which scenes are built, and what only notebooks need.
+
+mod array;
+mod compare;
+mod error;
+mod film;
+mod frame;
+mod layers;
+mod lifecycle;
+mod observer;
+mod options;
+mod renderer;
+mod scene;
+mod scene_parts;
+mod words;
+
+use pyo3::prelude::*;
+
+/// Compiled part of the package `trisect`.
+#[pymodule]
+mod _trisect {
+    #[pymodule_export]
+    use super::compare::{compare, read_image};
+    #[pymodule_export]
+    use super::film::Film;
+    #[pymodule_export]
+    use super::frame::Frame;
+    #[pymodule_export]
+    use super::observer::Progress;
+    #[pymodule_export]
+    use super::renderer::{Renderer, devices};
+    #[pymodule_export]
+    use super::scene::Scene;
+    use pyo3::prelude::*;
+
+    #[pymodule_init]
+    fn start(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+        super::lifecycle::register(module)
+    }
+}

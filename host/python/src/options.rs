@@ -1,0 +1,257 @@
+//! Keyword arguments of a render: settings, goal, denoiser, layers.
+
+use crate::error;
+use crate::scene::Scene;
+use crate::words::{share, time, word, wrong};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use trisect::adaptive::{Adaptive, DEFAULT_MAX_SAMPLES, Free, Goal, Request};
+use trisect::denoise::{Denoiser, Filter};
+use trisect::layers::Aov;
+use trisect::render::{Sampler, Settings};
+
+/// Denoisers by name.
+const DENOISERS: [(&str, Option<Denoise>); 4] = [
+    ("off", None),
+    ("atrous", Some(Denoise::Atrous)),
+    ("svgf", Some(Denoise::Svgf)),
+    ("oidn", Some(Denoise::Oidn)),
+];
+
+#[derive(Clone, Copy)]
+enum Denoise {
+    Atrous,
+    Svgf,
+    Oidn,
+}
+
+impl From<Denoise> for Denoiser {
+    fn from(name: Denoise) -> Self {
+        match name {
+            Denoise::Atrous => Filter::Atrous.into(),
+            Denoise::Svgf => Filter::Svgf.into(),
+            Denoise::Oidn => Self::Oidn,
+        }
+    }
+}
+
+/// Settings, goal and layers that a call of `render` asks for.
+pub struct RenderOptions {
+    /// Settings of the render.
+    pub settings: Settings,
+    /// Goal in place of a number of samples.
+    pub request: Option<Request>,
+    /// Denoiser of the finished film; a goal of time has its own.
+    pub denoise: Option<Denoiser>,
+    /// Layers beside the image.
+    pub aovs: Vec<Aov>,
+    /// Callable that receives the progress.
+    pub progress: Option<Py<PyAny>>,
+}
+
+/// Values that the keywords state, before they are combined.
+#[derive(Default)]
+struct Given {
+    width: Option<u32>,
+    height: Option<u32>,
+    crop: Option<[f64; 4]>,
+    budget: Option<std::time::Duration>,
+    target_error: Option<f64>,
+    max_spp: Option<u32>,
+    adaptive: Option<Adaptive>,
+    denoise: Option<Option<Denoise>>,
+    sampler: Option<Sampler>,
+    roulette: Option<bool>,
+    roulette_depth: Option<u32>,
+    aovs: Vec<Aov>,
+    progress: Option<Py<PyAny>>,
+}
+
+impl RenderOptions {
+    /// Reads the arguments of a call.
+    ///
+    /// # Errors
+    ///
+    /// `TypeError` for an unknown keyword, `SettingsError` for a value out of range.
+    pub fn read(
+        scene: &Scene,
+        spp: Option<&Bound<'_, PyAny>>,
+        keywords: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let mut settings = Settings::of(&scene.inner);
+        let mut given = Given::default();
+        if let Some(spp) = spp {
+            settings.samples = count("spp", spp)?;
+        }
+        for (name, value) in keywords.into_iter().flatten() {
+            let name: String = name.extract()?;
+            if !value.is_none() {
+                given.read(&name, &value, &mut settings)?;
+            }
+        }
+        given.combine(settings, spp.is_some())
+    }
+}
+
+impl Given {
+    fn read(&mut self, name: &str, value: &Bound<'_, PyAny>, settings: &mut Settings) -> PyResult<()> {
+        match name {
+            "width" => self.width = Some(count(name, value)?),
+            "height" => self.height = Some(count(name, value)?),
+            "crop" => self.crop = Some(crop(value)?),
+            "depth" => settings.depth = count(name, value)?,
+            "seed" => {
+                settings.seed = value
+                    .extract()
+                    .map_err(|_| wrong(name, value, "it must be a whole number from 0 to 4294967295"))?;
+            }
+            "sampler" => {
+                let words = [("sobol", Sampler::Sobol), ("independent", Sampler::Independent)];
+                self.sampler = Some(word(name, value, &words)?);
+            }
+            "roulette" => self.roulette = Some(flag(name, value)?),
+            "roulette_depth" => self.roulette_depth = Some(count(name, value)?),
+            "light_sampling" => settings.light_sampling = flag(name, value)?,
+            "clamp" => {
+                let number: Option<f32> = value.extract().ok().filter(|clamp: &f32| *clamp > 0.0);
+                settings.clamp =
+                    Some(number.ok_or_else(|| wrong(name, value, "it must be a radiance above 0"))?);
+            }
+            "transparent" => settings.hidden_sky = flag(name, value)?,
+            "denoise" => self.denoise = Some(word(name, value, &DENOISERS)?),
+            "budget" => self.budget = Some(time(name, value)?),
+            "target_error" => self.target_error = Some(share(name, value)?),
+            "max_spp" => self.max_spp = Some(count(name, value)?),
+            "adaptive" => {
+                let words = [("auto", Adaptive::Auto), ("on", Adaptive::On), ("off", Adaptive::Off)];
+                self.adaptive = Some(word(name, value, &words)?);
+            }
+            "aov" => self.aovs = aovs(value)?,
+            "progress" => self.progress = progress(value)?,
+            _ => {
+                let message = format!("render() got an unexpected keyword argument {name:?}");
+                return Err(PyTypeError::new_err(message));
+            }
+        }
+        Ok(())
+    }
+
+    fn combine(self, mut settings: Settings, has_spp: bool) -> PyResult<RenderOptions> {
+        let follow = |given: u32, from: u32, to: u32| {
+            let scaled = f64::from(given) * f64::from(to) / f64::from(from);
+            scaled.round().clamp(1.0, f64::from(u32::MAX)) as u32
+        };
+        let (width, height) = (settings.width, settings.height);
+        (settings.width, settings.height) = match (self.width, self.height) {
+            (Some(wide), Some(high)) => (wide, high),
+            (Some(wide), None) => (wide, follow(wide, width, height)),
+            (None, Some(high)) => (follow(high, height, width), high),
+            (None, None) => (width, height),
+        };
+        if let Some(crop) = self.crop {
+            settings = cropped(settings, crop)?;
+        }
+        settings.sampler = self.sampler.unwrap_or(settings.sampler);
+        settings.roulette = self.roulette.unwrap_or(self.roulette_depth.is_some());
+        settings.roulette_depth = self.roulette_depth.unwrap_or(settings.roulette_depth);
+        let goals = [
+            ("spp", has_spp),
+            ("budget", self.budget.is_some()),
+            ("target_error", self.target_error.is_some()),
+        ];
+        let named: Vec<&str> = goals.into_iter().filter(|goal| goal.1).map(|goal| goal.0).collect();
+        if let [first, second, ..] = named[..] {
+            let message = format!("{first} and {second} cannot be combined: each says when the render ends");
+            return Err(error::raise(
+                "SettingsError",
+                message,
+                error::Facts { kind: "Goals", ..Default::default() },
+            ));
+        }
+        let denoise = self.denoise.map(|name| name.map(Denoiser::from));
+        let goal = match (self.budget, self.target_error) {
+            (Some(time), _) => Some(Goal::Time(time)),
+            (_, Some(target)) => {
+                Some(Goal::Error { target, max_samples: self.max_spp.unwrap_or(DEFAULT_MAX_SAMPLES) })
+            }
+            (None, None) => None,
+        };
+        let is_timed = matches!(goal, Some(Goal::Time(_)));
+        let request = goal.map(|goal| Request {
+            goal,
+            adaptive: self.adaptive.unwrap_or(Adaptive::Auto),
+            free: Free {
+                roulette: self.roulette.is_none() && self.roulette_depth.is_none(),
+                roulette_depth: self.roulette_depth.is_none(),
+                sampler: self.sampler.is_none(),
+                denoise: is_timed && denoise.is_none(),
+            },
+            denoise: denoise.unwrap_or_else(|| is_timed.then(|| Filter::Svgf.into())),
+        });
+        let denoise = denoise.flatten().filter(|_| !is_timed);
+        settings.guides =
+            denoise.is_some() || settings.hidden_sky || self.aovs.iter().any(|aov| aov.needs_aov_sums());
+        let (aovs, progress) = (self.aovs, self.progress);
+        Ok(RenderOptions { settings, request, denoise, aovs, progress })
+    }
+}
+
+/// Returns a whole number of at least 1.
+fn count(name: &str, value: &Bound<'_, PyAny>) -> PyResult<u32> {
+    let number: Option<u32> = value.extract().ok().filter(|number| *number > 0);
+    number.ok_or_else(|| wrong(name, value, "it must be a whole number from 1 to 4294967295"))
+}
+
+fn flag(name: &str, value: &Bound<'_, PyAny>) -> PyResult<bool> {
+    value.extract().map_err(|_| wrong(name, value, "it must be True or False"))
+}
+
+/// Returns the corners of a part of the image.
+fn crop(value: &Bound<'_, PyAny>) -> PyResult<[f64; 4]> {
+    let remedy = "it must be (x0, y0, x1, y1): shares of width and height from 0 to 1, or pixels";
+    let corners: Option<[f64; 4]> = value.extract().ok();
+    let fits = |[x0, y0, x1, y1]: &[f64; 4]| {
+        [x0, y0, x1, y1].into_iter().all(|of| (0.0..=f64::from(u32::MAX)).contains(of)) && x0 < x1 && y0 < y1
+    };
+    corners.filter(fits).ok_or_else(|| wrong("crop", value, remedy))
+}
+
+/// Returns the settings of a part of an image: shares if none is above 1, else pixels.
+fn cropped(settings: Settings, [x0, y0, x1, y1]: [f64; 4]) -> PyResult<Settings> {
+    let is_share = [x0, y0, x1, y1].iter().all(|of| *of <= 1.0);
+    let (wide, high) = (f64::from(settings.width), f64::from(settings.height));
+    let (wide, high) = if is_share { (wide, high) } else { (1.0, 1.0) };
+    let pixel = |at: f64, scale: f64| (at * scale).round() as u32;
+    let cropped = settings.cropped(pixel(x0, wide)..pixel(x1, wide), pixel(y0, high)..pixel(y1, high));
+    cropped.map_err(|error| error::of_library(error.into()))
+}
+
+/// Returns the layers that a sequence of names asks for, or one name.
+fn aovs(value: &Bound<'_, PyAny>) -> PyResult<Vec<Aov>> {
+    let names: Vec<Bound<'_, PyAny>> = match value.extract::<String>() {
+        Ok(_) => vec![value.clone()],
+        Err(_) => value.try_iter()?.collect::<PyResult<_>>()?,
+    };
+    let mut found = Vec::new();
+    for name in &names {
+        let aov = word("aov", name, &Aov::ALL)?;
+        if aov == Aov::Motion {
+            return Err(wrong("aov", name, "a frame alone has no motion; take the others"));
+        }
+        if !found.contains(&aov) {
+            found.push(aov);
+        }
+    }
+    Ok(found)
+}
+
+/// Returns the callable that receives the progress: the caller's, or for True a bar.
+fn progress(value: &Bound<'_, PyAny>) -> PyResult<Option<Py<PyAny>>> {
+    match value.extract::<bool>() {
+        Ok(false) => Ok(None),
+        Ok(true) => Ok(Some(value.py().import("trisect._progress")?.call_method0("bar")?.unbind())),
+        Err(_) if value.is_callable() => Ok(Some(value.clone().unbind())),
+        Err(_) => Err(wrong("progress", value, "it must be True, False or a callable")),
+    }
+}

@@ -1,0 +1,246 @@
+//! Scenes: read, parsed, built of parts, and edited.
+
+use crate::error;
+use crate::lifecycle::Running;
+use crate::scene_parts::Parts;
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict, PyTuple, PyType};
+use std::path::PathBuf;
+use std::sync::Arc;
+use trisect::error::Error;
+use trisect::scene::{
+    CameraChoice, FieldEdit, Includes, LoadOptions, PartName, Rebase, SceneDocument, SceneError,
+};
+
+/// Origin of a scene, from which it is read again for an edit.
+#[derive(Debug)]
+enum Content {
+    File(PathBuf),
+    Text {
+        text: String,
+        name: String,
+    },
+    HelloWorld,
+    /// Bytes of another process, without the text that an edit needs.
+    Bytes,
+}
+
+/// Origin of a scene with the choices made for it.
+#[derive(Debug)]
+struct Source {
+    content: Content,
+    parts: Parts,
+    options: LoadOptions,
+    camera: CameraChoice,
+}
+
+impl Source {
+    /// Reads the scene.
+    fn document(&self) -> Result<SceneDocument, SceneError> {
+        let Self { content, parts, options, camera } = self;
+        let mut document = match content {
+            Content::File(path) => SceneDocument::load_with(path, options)?,
+            Content::Text { text, name } => SceneDocument::parse_with(text, name, options)?,
+            Content::HelloWorld => SceneDocument::hello_world_with(options)?,
+            Content::Bytes => {
+                let message =
+                    "it came from another process, without its text; edit the scene there".to_owned();
+                return Err(SceneError::Inconsistent { file: "the scene".to_owned(), message });
+            }
+        };
+        parts.add_to(&mut document.description);
+        document.choose_camera(camera)?;
+        Ok(document)
+    }
+}
+
+/// A validated scene. It does not change; :meth:`edit` returns another one.
+#[pyclass(frozen, module = "trisect")]
+pub struct Scene {
+    source: Arc<Source>,
+    /// Records of the scene.
+    pub inner: Arc<trisect::scene::Scene>,
+    /// Space in which the scene is computed.
+    pub space: Rebase,
+    /// Names of the objects, from object 1 on.
+    pub names: Arc<Vec<PartName>>,
+}
+
+impl Scene {
+    /// Reads the scene of a source, and issues its warnings.
+    fn of(py: Python<'_>, source: Source) -> PyResult<Self> {
+        let _running = Running::begin()?;
+        let source = Arc::new(source);
+        let (scene, space, names) = error::guarded(py, || {
+            let document = source.document().map_err(Error::Scene)?;
+            let (space, names) = (document.space, document.part_names());
+            Ok((document.lower(Rebase::IDENTITY)?, space, names))
+        })?;
+        let module = py.import("trisect.errors")?;
+        let category = module.getattr("SceneWarning")?;
+        for warning in &scene.warnings {
+            let text = format!("{}: {warning}", scene.name);
+            py.import("warnings")?.call_method1("warn", (text, &category, 2))?;
+        }
+        Ok(Self { source, inner: Arc::new(scene), space, names: Arc::new(names) })
+    }
+}
+
+#[pymethods]
+impl Scene {
+    /// Build a scene of parts: see trisect.parts and the stub for the arguments.
+    #[new]
+    #[pyo3(signature = (**parts), text_signature = "(*, camera, materials, objects=(), lights=(), sky=None, textures=None, media=None, atmosphere=None, portals=(), ground=None, width=640, height=360, spp=64, depth=50, about='')")]
+    fn new(py: Python<'_>, parts: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let module = py.import("trisect._build")?;
+        let built = module.getattr("scene")?.call((), parts)?;
+        let (text, arrays): (String, Bound<'_, PyAny>) = built.extract()?;
+        let content = Content::Text { text, name: "<built scene>".to_owned() };
+        let parts = Parts::read(&arrays)?;
+        let (options, camera) = (LoadOptions::default(), CameraChoice::default());
+        Self::of(py, Source { content, parts, options, camera })
+    }
+
+    /// Read a scene file (.ron), a model (.gltf .glb .obj .ply .stl), or a scene of pbrt (.pbrt) or
+    /// Mitsuba (.xml).
+    ///
+    /// set maps paths of fields to values, as :meth:`edit` takes them; camera is the name or number
+    /// of a camera; time the time of an animation in seconds. Warnings are issued as SceneWarning.
+    /// Raises SceneError, which names file, line and column.
+    #[staticmethod]
+    #[pyo3(signature = (path, *, set = None, camera = None, time = None, allow_outside = false))]
+    fn load(
+        py: Python<'_>,
+        path: PathBuf,
+        set: Option<&Bound<'_, PyDict>>,
+        camera: Option<String>,
+        time: Option<f64>,
+        allow_outside: bool,
+    ) -> PyResult<Self> {
+        let includes = if allow_outside { Includes::Anywhere } else { Includes::Below };
+        let edits = set.map_or(Ok(Vec::new()), edits)?;
+        let mut options = LoadOptions { includes, edits, ..LoadOptions::default() };
+        options.model.time = time;
+        let camera = CameraChoice { name: camera, ..CameraChoice::default() };
+        Self::of(py, Source { content: Content::File(path), parts: Parts::default(), options, camera })
+    }
+
+    /// Read a scene from the text of a scene file; files that it names are relative to the current
+    /// folder. name stands for the file in messages.
+    #[staticmethod]
+    #[pyo3(signature = (text, name = "<text>"))]
+    fn parse(py: Python<'_>, text: &str, name: &str) -> PyResult<Self> {
+        let content = Content::Text { text: text.to_owned(), name: name.to_owned() };
+        let (options, camera) = (LoadOptions::default(), CameraChoice::default());
+        Self::of(py, Source { content, parts: Parts::default(), options, camera })
+    }
+
+    /// Return the built-in scene, three spheres.
+    #[staticmethod]
+    fn hello_world(py: Python<'_>) -> PyResult<Self> {
+        let (options, camera) = (LoadOptions::default(), CameraChoice::default());
+        Self::of(py, Source { content: Content::HelloWorld, parts: Parts::default(), options, camera })
+    }
+
+    /// Return the scene with other values of its fields, such as
+    /// ``{"materials.glass.ior": 1.6, "objects.ball.center": (0, 1, 0)}``.
+    ///
+    /// Paths are those of ``--set``: names of fields and entries, and numbers of list entries from
+    /// 0 on, with dots between them. Raises SceneError for a field that the scene lacks.
+    fn edit(&self, py: Python<'_>, changes: &Bound<'_, PyDict>) -> PyResult<Self> {
+        let Source { content, parts, options, camera } = self.source.as_ref();
+        let content = match content {
+            Content::File(path) => Content::File(path.clone()),
+            Content::Text { text, name } => Content::Text { text: text.clone(), name: name.clone() },
+            Content::HelloWorld => Content::HelloWorld,
+            Content::Bytes => Content::Bytes,
+        };
+        let all = [options.edits.clone(), edits(changes)?].concat();
+        let options = LoadOptions { edits: all, ..options.clone() };
+        Self::of(py, Source { content, parts: parts.clone(), options, camera: camera.clone() })
+    }
+
+    /// File of the scene, or the name that stands for it.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.inner.name
+    }
+
+    /// Warnings about what was left out or changed, and probable mistakes.
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        self.inner.warnings.clone()
+    }
+
+    /// Names of the objects, object 1 of the layer "id" first.
+    #[getter]
+    fn objects(&self) -> Vec<String> {
+        self.names.iter().map(|name| name.object.clone()).collect()
+    }
+
+    /// Number of primitives: spheres, quads, discs and triangles.
+    #[getter]
+    fn primitives(&self) -> usize {
+        self.inner.primitives()
+    }
+
+    /// Width and height of the image, in pixels, that the scene states.
+    #[getter]
+    fn size(&self) -> (u32, u32) {
+        (self.inner.image.width, self.inner.image.height)
+    }
+
+    /// Samples per pixel that the scene states.
+    #[getter]
+    fn spp(&self) -> u32 {
+        self.inner.image.samples
+    }
+
+    /// SHA-256 of everything that decides the image, except settings.
+    #[getter]
+    fn digest(&self, py: Python<'_>) -> String {
+        let digest = py.detach(|| self.inner.digest());
+        digest.iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+
+    /// Bytes of the scene, for another process of the same version.
+    fn to_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+        let bytes = py.detach(|| self.inner.to_bytes());
+        PyBytes::new(py, &bytes)
+    }
+
+    /// Return the scene of these bytes. It cannot be edited.
+    #[staticmethod]
+    fn from_bytes(py: Python<'_>, bytes: &[u8]) -> PyResult<Self> {
+        let scene = error::guarded(py, || Ok(trisect::scene::Scene::from_bytes(bytes)?))?;
+        let (options, camera) = (LoadOptions::default(), CameraChoice::default());
+        let source = Source { content: Content::Bytes, parts: Parts::default(), options, camera };
+        let (space, names) = (Rebase::IDENTITY, Arc::default());
+        Ok(Self { source: Arc::new(source), inner: Arc::new(scene), space, names })
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let restore = PyType::new::<Self>(py).getattr("from_bytes")?;
+        Ok((restore, PyTuple::new(py, [self.to_bytes(py)])?))
+    }
+
+    fn __repr__(&self) -> String {
+        let (width, height) = self.size();
+        format!("<Scene {:?}: {} primitives, {width}x{height}>", self.inner.name, self.inner.primitives())
+    }
+}
+
+/// Returns the edits that a dict states.
+fn edits(changes: &Bound<'_, PyDict>) -> PyResult<Vec<FieldEdit>> {
+    let value = changes.py().import("trisect._build")?.getattr("value_of_field")?;
+    let mut all = Vec::new();
+    for (path, change) in changes {
+        let (path, text): (String, String) = (path.extract()?, value.call1((change,))?.extract()?);
+        let edit: Result<FieldEdit, String> = format!("{path}={text}").parse();
+        all.push(edit.map_err(|message| {
+            let message = SceneError::Inconsistent { file: format!("{path}={text}"), message };
+            error::of_library(Error::Scene(message))
+        })?);
+    }
+    Ok(all)
+}

@@ -1,0 +1,128 @@
+"""Interrupts, threads, forks, and the end of the interpreter while a render runs."""
+
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import trisect
+from test_scenes import small
+
+LONG = "import trisect; r = trisect.Renderer(trisect.Scene.hello_world(), 'cpu'); r.render(1, width=8)\n"
+
+
+@pytest.mark.parametrize("arguments", ["spp=10_000_000", "budget='10min'", "target_error=1e-6"])
+def test_ctrl_c_ends_a_render(tmp_path, arguments):
+    code = LONG + (
+        "print('begins', flush=True)\n"
+        f"try: r.render({arguments}, width=640)\n"
+        "except KeyboardInterrupt as error:\n"
+        "    frame = error.frame\n"
+        "    print(type(error).__name__, frame is None or (not frame.complete and frame.image.shape == (360, 640, 3)))\n"
+        "print('again', r.render(2, width=16).complete)\n"
+    )
+    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout.readline() == "begins\n"
+    time.sleep(0.5)
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    assert (out, process.returncode) == ("RenderInterrupted True\nagain True\n", 0), err
+
+
+def test_another_thread_cancels():
+    renderer = trisect.Renderer(trisect.Scene.hello_world(), "cpu")
+    ended = []
+
+    def render():
+        try:
+            renderer.render(10_000_000, width=640)
+        except trisect.CancelledError as error:
+            ended.append(error)
+
+    thread = threading.Thread(target=render)
+    thread.start()
+    while not ended and thread.is_alive():
+        renderer.cancel()
+        time.sleep(0.05)
+    thread.join(30)
+    assert len(ended) == 1
+    assert renderer.render(1, width=8).complete
+
+
+def test_threads_share_a_renderer_and_a_scene():
+    scene = small()
+    shared = trisect.Renderer(scene, "cpu")
+    expected = shared.render(16).image
+    images = []
+
+    def render(renderer):
+        images.append(renderer.render(16).image)
+
+    renderers = [shared, shared, trisect.Renderer(scene, "cpu", threads=1)]
+    threads = [threading.Thread(target=render, args=(renderer,)) for renderer in renderers]
+    [thread.start() for thread in threads]
+    [thread.join() for thread in threads]
+    assert len(images) == 3 and all(np.array_equal(image, expected) for image in images)
+
+
+def test_the_lock_is_released():
+    renderer = trisect.Renderer(trisect.Scene.hello_world(), "cpu", threads=1)
+    counted = []
+
+    def count():
+        while not ended.is_set():
+            counted.append(len(counted))
+            time.sleep(0.001)
+
+    ended = threading.Event()
+    thread = threading.Thread(target=count)
+    thread.start()
+    renderer.render(60, width=320)
+    ended.set()
+    thread.join()
+    assert len(counted) > 10
+
+
+@pytest.mark.skipif(not hasattr(__import__("os"), "fork"), reason="this system has no fork")
+def test_a_forked_process_says_why_it_cannot_render(python):
+    code = LONG + (
+        "import os, sys\n"
+        "child = os.fork()\n"
+        "if child == 0:\n"
+        "    tried = [lambda: r.render(1), lambda: trisect.Scene.hello_world(), lambda: trisect.Renderer(s, 'cpu')]\n"
+        "    for call in tried[:2]:\n"
+        "        try: call()\n"
+        "        except trisect.ForkError as error: print('spawn' in str(error), flush=True)\n"
+        "    del r\n"
+        "    sys.exit(0)\n"
+        "print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), r.render(1, width=8).complete)\n"
+    )
+    process = python(code)
+    assert (process.stdout, process.returncode) == ("True\nTrue\n0 True\n", 0), process.stderr
+
+
+def test_a_fork_before_any_call_is_fine(python):
+    code = (
+        "import os, sys, trisect\n"
+        "child = os.fork()\n"
+        "frame = trisect.Renderer(trisect.Scene.hello_world(), 'cpu').render(1, width=8)\n"
+        "if child == 0: sys.exit(0 if frame.complete else 1)\n"
+        "print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))\n"
+    )
+    process = python(code)
+    assert (process.stdout, process.returncode) == ("0\n", 0), process.stderr
+
+
+def test_the_interpreter_ends_while_a_render_runs(python):
+    code = LONG + (
+        "import threading, time\n"
+        "threading.Thread(target=lambda: r.render(10_000_000, width=640, progress=lambda p: None), daemon=True).start()\n"
+        "time.sleep(0.5)\n"
+    )
+    process = python(code)
+    assert process.returncode == 0, process.stderr
+    assert "panicked" not in process.stderr and "Fatal" not in process.stderr

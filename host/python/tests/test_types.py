@@ -1,0 +1,56 @@
+"""The stubs: mypy accepts the package and a program, and they agree with the compiled part."""
+
+import importlib.util
+import pathlib
+import subprocess
+import sys
+
+import pytest
+
+import trisect
+
+needs_mypy = pytest.mark.skipif(importlib.util.find_spec("mypy") is None, reason="mypy is not installed")
+
+PROGRAM = """
+import numpy as np
+import trisect
+scene = trisect.Scene(
+    camera=trisect.Camera((0, 0, 4), (0, 0, 0), 40), materials={"a": trisect.Lambertian((1, 0, 0))},
+    objects=[trisect.Sphere((0, 0, 0), 1, "a")], sky=(1, 1, 1),
+)
+frame = trisect.Renderer(scene, "cpu").render(4, width=16, aov=["depth"], progress=lambda p: print(p.done))
+image: np.ndarray = frame.image
+frame.save("a.png", tonemap="agx")
+"""
+
+
+@needs_mypy
+def test_mypy_accepts_the_package(tmp_path):
+    (tmp_path / "program.py").write_text(PROGRAM)
+    run = lambda *words: subprocess.run([sys.executable, "-m", "mypy", *words], cwd=tmp_path, capture_output=True, text=True)
+    found = run("--strict", "-p", "trisect")
+    assert found.returncode == 0, found.stdout
+    found = run("--strict", "--allow-any-generics", "program.py")
+    assert found.returncode == 0, found.stdout
+    # Negative control: a wrong argument is found.
+    (tmp_path / "program.py").write_text(PROGRAM.replace('"agx"', '"pretty"'))
+    assert run("--strict", "--allow-any-generics", "program.py").returncode == 1
+
+
+@needs_mypy
+def test_stubs_agree_with_the_module(tmp_path):
+    words = [sys.executable, "-m", "mypy.stubtest", "trisect._trisect", "--ignore-missing-stub"]
+    found = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True)
+    assert found.returncode == 0, found.stdout
+
+
+def test_everything_has_a_docstring():
+    for name in trisect.__all__:
+        of = getattr(trisect, name)
+        if isinstance(of, type) and of.__module__.startswith("trisect"):
+            assert of.__doc__ and "(" not in of.__doc__[:1], name
+    for of in (trisect.Scene, trisect.Renderer, trisect.Frame, trisect.Film):
+        for name, member in vars(of).items():
+            if not name.startswith("_"):
+                assert getattr(member, "__doc__", None), f"{of.__name__}.{name}"
+    assert pathlib.Path(trisect.__file__).with_name("py.typed").exists()
