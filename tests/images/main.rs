@@ -7,6 +7,7 @@ mod coat_maps;
 mod crop;
 mod cycles;
 mod determinism;
+mod edits;
 mod equivalence;
 mod estimators;
 mod every_scene;

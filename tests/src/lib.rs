@@ -11,6 +11,7 @@
 
 #![allow(clippy::panic, reason = "this is how a test fails")]
 
+pub mod counting_backend;
 #[cfg(target_os = "linux")]
 pub mod desktop;
 pub mod fault_injecting_backend;

@@ -3,7 +3,7 @@
 use crate::Error;
 use crate::bvh::BvhQuality;
 use crate::denoise::Denoiser;
-use crate::render::{PreparedScene, RenderObserver, Renderer, Settings};
+use crate::render::{RenderObserver, Renderer, Settings};
 use trisect_image::output::{Channel, color_channels};
 use trisect_scene::{LightGroup, Rebase, SceneDocument};
 
@@ -27,7 +27,7 @@ pub fn render(
     let mut channels = Vec::new();
     for (index, name) in document.light_group_names(groups)?.iter().enumerate() {
         let scene = document.with_light_group(groups, index).lower(Rebase::IDENTITY)?;
-        renderer.set_scene(&mut PreparedScene::new(&scene, quality)?)?;
+        renderer.update_scene(&scene, quality)?;
         let mut image = renderer.render_observed(&settings, observer)?.image();
         image.pixels.iter_mut().flatten().for_each(|value| *value *= factor);
         channels.extend(color_channels(&format!("light_{name}."), &image.pixels));

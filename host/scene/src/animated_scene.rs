@@ -1,4 +1,4 @@
-//! A scene at any time of the animations of its models.
+//! A scene at any time of the animations of its models, and with any changes of its fields.
 
 use super::description::Sky;
 use super::import::{Folder, ModelOptions};
@@ -6,13 +6,23 @@ use super::library::Library;
 use super::loader::Loader;
 use super::lower::Looks;
 use super::model::{self, Additions};
+use super::scene_document::{HELLO_WORLD, HELLO_WORLD_NAME};
 use super::source::Source;
 use super::surroundings::Surroundings;
 use super::{CameraChoice, FieldEdit, LoadOptions, Rebase, Scene, SceneDocument, SceneError, Sharing};
 use std::path::{Path, PathBuf};
 
-/// A scene file, or a model, whose models move. Its files are read, its images decoded and its
-/// textures packed once.
+/// A scene file, or a model, whose models move, and whose fields can be changed. Its files are read
+/// and its images decoded once.
+///
+/// ```
+/// # use trisect_scene::{AnimatedScene, LoadOptions, SceneError};
+/// let mut scene = AnimatedScene::hello_world(&LoadOptions::default())?;
+/// let edit = "camera.look_from=0,1,5".parse().expect("a path and a value");
+/// let moved = scene.edit(&[edit], 0.0)?;
+/// assert_eq!(moved.camera.look_from.z, 5.0);
+/// # Ok::<(), SceneError>(())
+/// ```
 pub struct AnimatedScene {
     content: Content,
     /// File of the scene, for messages.
@@ -70,10 +80,9 @@ impl AnimatedScene {
     ///
     /// Those of [`SceneDocument::load_with`].
     pub fn load_moving_or_not(path: &Path, options: &LoadOptions) -> Result<Self, SceneError> {
-        let LoadOptions { includes, model: options, surroundings, edits } = options;
         let name = path.display().to_string();
-        let folder = Folder::of(path).including(*includes);
-        let content = match Source::open(path, edits)? {
+        let folder = Folder::of(path).including(options.includes);
+        let content = match Source::open(path, &options.edits)? {
             Source::Model => Content::Model { path: path.to_owned(), additions: None },
             Source::File(text) => Content::File(text),
             Source::Foreign => {
@@ -82,7 +91,33 @@ impl AnimatedScene {
                 return Err(SceneError::Inconsistent { file: name, message });
             }
         };
-        let library = Library::new(folder.clone(), options.clone());
+        Self::of(content, name, folder, options)
+    }
+
+    /// Reads a scene from text, which may name the files that `options` allow, relative to the
+    /// current folder. Nothing needs to move in it. `name` stands for the file in messages.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`SceneDocument::parse_including`].
+    pub fn parse(text: &str, name: &str, options: &LoadOptions) -> Result<Self, SceneError> {
+        let folder = Folder::new("".into()).including(options.includes);
+        Self::of(Content::File(text.to_owned()), name.to_owned(), folder, options)
+    }
+
+    /// Returns the built-in scene, in which nothing moves.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`SceneDocument::hello_world_with`].
+    pub fn hello_world(options: &LoadOptions) -> Result<Self, SceneError> {
+        Self::parse(HELLO_WORLD, HELLO_WORLD_NAME, options)
+    }
+
+    /// Reads the scene at its start.
+    fn of(content: Content, name: String, folder: Folder, options: &LoadOptions) -> Result<Self, SceneError> {
+        let LoadOptions { model, surroundings, edits, .. } = options;
+        let library = Library::new(folder.clone(), model.clone());
         let sky = surroundings
             .environment
             .as_ref()
@@ -92,8 +127,48 @@ impl AnimatedScene {
         let camera = CameraChoice::default();
         let mut scene =
             Self { content, name, folder, library, surroundings, edits, sky, sharing, camera, looks: None };
-        scene.document(options.time.unwrap_or(0.0))?;
+        scene.document(model.time.unwrap_or(0.0))?;
         Ok(scene)
+    }
+
+    /// Returns the changes of the scene file's fields.
+    pub fn edits(&self) -> &[FieldEdit] {
+        &self.edits
+    }
+
+    /// Changes fields of the scene file, after all changes before, and returns the device records
+    /// at a time. No file is read again, but for those that the scene did not name before. Earlier
+    /// changes of the same fields are forgotten. After an error the scene is what it was.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError::Inconsistent`] for a path that does not exist, and for a model, which has no
+    /// fields; those of [`document`](Self::document) and [`lower`](Self::lower).
+    pub fn edit(&mut self, edits: &[FieldEdit], time: f64) -> Result<Scene, SceneError> {
+        let mut all = self.edits.clone();
+        for edit in edits {
+            all.retain(|earlier| !edit.replaces(earlier));
+            all.push(edit.clone());
+        }
+        self.set_edits(all, time)
+    }
+
+    /// Replaces all changes of the scene file's fields, as [`edit`](Self::edit) does. Without any,
+    /// the scene is that of its file again.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`edit`](Self::edit).
+    pub fn set_edits(&mut self, edits: Vec<FieldEdit>, time: f64) -> Result<Scene, SceneError> {
+        if matches!(self.content, Content::Model { .. }) && !edits.is_empty() {
+            return Err(Source::no_fields(&self.name));
+        }
+        let (before, moved) = (std::mem::replace(&mut self.edits, edits), self.library.has_moved);
+        let scene = self.document(time).and_then(|document| self.lower(document));
+        if scene.is_err() {
+            (self.edits, self.library.has_moved) = (before, moved);
+        }
+        scene
     }
 
     /// Returns whether a part of the scene moves.

@@ -94,6 +94,12 @@ pub(crate) fn edited_name(file: &str, edits: &[FieldEdit]) -> String {
 }
 
 impl FieldEdit {
+    /// Returns whether this change, made after `earlier`, leaves nothing of it: both are of the
+    /// same field, or `earlier` is of a part of this one's.
+    pub(crate) fn replaces(&self, earlier: &Self) -> bool {
+        earlier.path.starts_with(&self.path)
+    }
+
     /// Returns the text with the new value in place of the old one, or as a new entry at the start
     /// of the struct or map that lacks it.
     fn applied(&self, text: &str) -> Result<String, String> {
@@ -223,6 +229,21 @@ mod tests {
         let text = apply(SCENE, "a", &edits).unwrap();
         assert!(text.contains("sky: Uniform(radiance: (2,2,2))") && text.contains("width: 3"), "{text}");
         assert_eq!(apply(SCENE, "a", &[]).unwrap(), SCENE);
+    }
+
+    #[test]
+    fn a_change_replaces_those_of_the_same_field_and_its_parts() {
+        let edit = |text: &str| text.parse::<FieldEdit>().unwrap();
+        for (later, earlier, replaces) in [
+            ("sky=Black", "sky=Uniform(radiance: (1, 1, 1))", true),
+            ("sky=Black", "sky.radiance=2,2,2", true),
+            ("sky.radiance=2,2,2", "sky=Black", false),
+            ("objects[0].radius=2", "objects.0.radius=1", true),
+            ("objects.0.radius=2", "objects.1.radius=1", false),
+            ("objects.0=Sphere()", "objects.0.radius=1", true),
+        ] {
+            assert_eq!(edit(later).replaces(&edit(earlier)), replaces, "{later} {earlier}");
+        }
     }
 
     #[test]

@@ -17,7 +17,10 @@ use std::sync::Arc;
 use trisect_image::Image;
 
 /// The built-in scene, a copy of the one in `scenes`, which a published crate does not contain.
-const HELLO_WORLD: &str = include_str!("../assets/three_spheres.ron");
+pub(super) const HELLO_WORLD: &str = include_str!("../assets/three_spheres.ron");
+
+/// Name of the built-in scene.
+pub(super) const HELLO_WORLD_NAME: &str = "scenes/three_spheres.ron (built in)";
 
 /// A scene as its author describes it, before anything is rounded to f32. [`Self::lower`] makes a
 /// [`Scene`] of it.
@@ -145,8 +148,7 @@ impl SceneDocument {
     ///
     /// [`SceneError`] names the choice.
     pub fn hello_world_with(options: &LoadOptions) -> Result<Self, SceneError> {
-        let name = "scenes/three_spheres.ron (built in)";
-        let scene = Self::read(HELLO_WORLD, name, &Folder::new("".into()), options)?;
+        let scene = Self::read(HELLO_WORLD, HELLO_WORLD_NAME, &Folder::new("".into()), options)?;
         scene.surrounded(&options.surroundings)
     }
 

@@ -12,6 +12,11 @@ impl<T> SharedVec<T> {
     pub fn shared(&self) -> Arc<Vec<T>> {
         Arc::clone(&self.0)
     }
+
+    /// Returns whether both share their memory.
+    pub fn is_shared_with(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
 }
 
 impl<T> Clone for SharedVec<T> {
@@ -79,8 +84,10 @@ mod tests {
         let mut first: SharedVec<u32> = vec![1, 2].into();
         let second = first.clone();
         assert_eq!(first.as_ptr(), second.as_ptr());
+        assert!(first.is_shared_with(&second));
         first.push(3);
         assert_eq!((first.len(), second.len()), (3, 2));
+        assert!(!first.is_shared_with(&second));
         let before = first.as_ptr();
         first[0] = 7;
         assert_eq!((first.as_ptr(), first[0], second[0]), (before, 7, 1));

@@ -26,11 +26,7 @@ impl Source {
     pub fn open(path: &Path, edits: &[FieldEdit]) -> Result<Self, SceneError> {
         let (is_model, is_foreign) = (import::is_model(path), import::is_foreign_scene(path));
         if (is_model || is_foreign) && !edits.is_empty() {
-            let remedy = "use the options of the camera and the surroundings, or write a scene file around a model by `trisect check MODEL --write FILE.ron`";
-            return Err(SceneError::Inconsistent {
-                file: path.display().to_string(),
-                message: format!("`set` changes fields of .ron files only; {remedy}"),
-            });
+            return Err(Self::no_fields(&path.display().to_string()));
         }
         if is_model {
             return Ok(Self::Model);
@@ -42,6 +38,15 @@ impl Source {
             return Err(SceneError::UnknownFormat { path: path.to_owned() });
         }
         Ok(Self::File(input::read_text(path).map_err(|error| SceneError::read(path, error))?))
+    }
+
+    /// Returns the error of changes of what is no scene file.
+    pub fn no_fields(file: &str) -> SceneError {
+        let remedy = "use the options of the camera and the surroundings, or write a scene file around a model by `trisect check MODEL --write FILE.ron`";
+        SceneError::Inconsistent {
+            file: file.to_owned(),
+            message: format!("`set` changes fields of .ron files only; {remedy}"),
+        }
     }
 }
 

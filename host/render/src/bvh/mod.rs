@@ -19,6 +19,7 @@ mod tile_entries;
 mod wide;
 
 pub(crate) use nodes_entered::TreeOnHost;
+pub(crate) use padding::TightExtent;
 pub use refit::MAX_REFITTED_COST;
 pub use tile_entries::build_tile_entries;
 pub use wide::Wide;
@@ -59,6 +60,8 @@ pub struct Bvh {
     pub first_instance_node: usize,
     /// Number of the first instance, among the leaves.
     pub first_instance: usize,
+    /// True if the boxes, before padding, are those that refitting gives for the same primitives.
+    pub has_refitted_boxes: bool,
 }
 
 impl Bvh {
@@ -95,6 +98,7 @@ impl Bvh {
             mesh_roots: Vec::new(),
             first_instance_node: 0,
             first_instance: 0,
+            has_refitted_boxes: false,
         }
     }
 

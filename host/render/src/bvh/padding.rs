@@ -9,6 +9,26 @@ use trisect_shared::slabs::box_padding;
 /// more boxes (docs/notebook/camera-ray-tiles.md).
 const MAX_GROWTH: f32 = 1.0 / 64.0;
 
+/// Extent of a BVH whose boxes are not padded, from which the padding for each camera follows.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TightExtent {
+    /// Maximum distance of the root's boxes from the world's origin, along each axis.
+    reach: Vec3,
+    /// Median half extent of the primitives' boxes.
+    middle: f32,
+}
+
+impl TightExtent {
+    /// Returns the maximum distance of a ray's origin from the world's origin, along each axis, for
+    /// which boxes are padded: for rays that start in the boxes, or within `lens` of `eye` along
+    /// each axis. Returns `None` if the padding would make the primitives' boxes much larger.
+    pub fn padded_for(&self, eye: Vec3, lens: f32) -> Option<Vec3> {
+        let mut reach = (eye.abs() + lens).max(self.reach);
+        reach *= 1.0 + 1e-5; // surface points, and the origins of rays that leave them, lie in the boxes within rounding
+        (box_padding(0.0, 0.0, reach.max_element()) <= MAX_GROWTH * self.middle).then_some(reach)
+    }
+}
+
 impl Bvh {
     /// Pads all boxes for rays that start in them, or within `lens` of `eye` along each axis.
     /// Returns the maximum distance of a ray's origin from the world's origin, along each axis, for
@@ -16,26 +36,33 @@ impl Bvh {
     /// inner node, if there are instances, or if the padding would make the primitives' boxes much
     /// larger, as in a scene with fine detail that reaches far.
     pub fn pad_boxes(&mut self, eye: Vec3, lens: f32) -> Option<Vec3> {
+        let reach = self.tight_extent()?.padded_for(eye, lens)?;
+        self.pad(reach);
+        Some(reach)
+    }
+
+    /// Returns the extent of the BVH, whose boxes are not padded yet. Returns `None` if its boxes
+    /// are never padded: without an inner node, and with instances.
+    pub(crate) fn tight_extent(&self) -> Option<TightExtent> {
         // In the coordinates of an instance a ray may start anywhere.
         if !self.mesh_roots.is_empty() {
             return None;
         }
-        let root = self.nodes.first()?;
-        let mut reach = eye.abs() + lens;
-        for (low, high) in root.boxes() {
-            reach = reach.max(low.abs()).max(high.abs());
-        }
-        reach *= 1.0 + 1e-5; // surface points, and the origins of rays that leave them, lie in the boxes within rounding
-        if box_padding(0.0, 0.0, reach.max_element()) > MAX_GROWTH * self.middle_extent() {
-            return None;
-        }
+        let boxes = self.nodes.first()?.boxes();
+        let reach =
+            boxes.into_iter().fold(Vec3::ZERO, |reach, (low, high)| reach.max(low.abs()).max(high.abs()));
+        Some(TightExtent { reach, middle: self.middle_extent() })
+    }
+
+    /// Pads all boxes for rays whose origins are at most `reach` away from the world's origin,
+    /// along each axis.
+    pub(crate) fn pad(&mut self, reach: Vec3) {
         for node in &mut self.nodes {
             for (row, reach) in [(&mut node.x, reach.x), (&mut node.y, reach.y), (&mut node.z, reach.z)] {
                 let wider = |center: f32, half: f32| (half + box_padding(center, half, reach)).next_up();
                 *row = Vec4::new(row.x, row.y, wider(row.x, row.z), wider(row.y, row.w));
             }
         }
-        Some(reach)
     }
 
     /// Returns the median, over the primitives, of the mean half extent of their boxes.

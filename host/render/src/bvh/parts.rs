@@ -83,7 +83,7 @@ pub(super) fn build(count: usize, boxes: BoxOf, preset: &BvhBuildParams, sizes: 
     drop(primitives);
     let depth = join(&mut nodes[..top], &subtrees, preset);
     let root = if top == 0 { subtrees[0].root } else { Child::inner(0) };
-    Bvh { nodes: nodes.into(), depth, ..Bvh::leaf(root) }
+    Bvh { nodes: nodes.into(), depth, has_refitted_boxes: true, ..Bvh::leaf(root) }
 }
 
 /// Subtree of a part's tree.

@@ -136,5 +136,6 @@ impl Bvh {
     pub(super) fn refit(&mut self, boxes: BoxOf) {
         let all = 0..self.nodes.len();
         refit(&mut self.nodes, 0, all, boxes);
+        self.has_refitted_boxes = true;
     }
 }

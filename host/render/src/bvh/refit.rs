@@ -123,6 +123,26 @@ mod tests {
         assert!(stale.is_err());
     }
 
+    /// Refitting a tree that says so gives it the same bits: one built of shifted boxes, and one
+    /// built in parts.
+    #[test]
+    fn refitting_at_rest_changes_no_bit() {
+        let scene = scene(9000, |i| Vec3::new(0.0, 0.0, (i % 5) as f32));
+        let boxes: crate::bvh::BoxOf = &|index| primitive_bounds(&scene, index);
+        let sizes = crate::bvh::parts::PartSizes { whole: 4000, ..crate::bvh::parts::PartSizes::DEFAULT };
+        let in_parts = Bvh::over_parts(scene.primitives(), boxes, None, &sizes).unwrap();
+        for built in [Bvh::build(&scene, None).unwrap(), in_parts] {
+            assert!(built.has_refitted_boxes);
+            let refitted = built.clone().moved(&scene).unwrap().unwrap();
+            assert_eq!(refitted.nodes, built.nodes);
+        }
+        // Negative control: a small tree has the boxes of its builder.
+        let small = self::scene(500, |_| Vec3::ZERO);
+        let built = Bvh::build(&small, None).unwrap();
+        assert!(!built.has_refitted_boxes);
+        assert_ne!(built.clone().moved(&small).unwrap().unwrap().nodes, built.nodes);
+    }
+
     #[test]
     fn a_tree_that_did_not_move_costs_the_same_and_a_torn_one_more() {
         let start = scene(2000, |_| Vec3::ZERO);

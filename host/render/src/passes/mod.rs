@@ -5,6 +5,7 @@
 //! here or comes from modules that answer for it; each unsafe block says which.
 #![allow(unsafe_code, reason = "each launch states why the promise of `Device::run` holds")]
 
+mod array_content;
 mod bands;
 mod chunk_counter;
 mod denoise;
@@ -12,7 +13,9 @@ mod display;
 mod film;
 mod halves;
 mod on_device;
+mod record_digest;
 mod scene;
+mod scene_writer;
 mod totals;
 mod totals_launch;
 
@@ -20,7 +23,9 @@ pub(crate) use display::DisplayPass;
 pub(crate) use film::{FilmDesc, Launch};
 pub(crate) use halves::MeasuredNoise;
 pub(crate) use on_device::{DeviceScene, StartedDisplay};
-pub(crate) use scene::{SceneArrays, ValidScene};
+pub(crate) use record_digest::{Digest, digest_of, equal_by};
+pub(crate) use scene::{SceneArrays, ValidScene, WideSource};
+pub use scene_writer::WrittenArray;
 
 use trisect_device::BackendError;
 

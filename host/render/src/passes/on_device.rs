@@ -109,15 +109,14 @@ impl DeviceScene {
         self.device
     }
 
-    /// Replaces the scene by the same one at another time. `upload` gets the device and the arrays
-    /// of this scene, and returns those of the other one; after an error there is no scene. What
-    /// passes keep stays on the device.
+    /// Replaces the scene by another one. `upload` gets the device and the arrays of this scene,
+    /// and returns those of the other one; if it took the arrays, there is no scene after an error.
+    /// What passes keep stays on the device.
     pub fn set_scene<E>(
         &mut self,
-        upload: impl FnOnce(&mut dyn Device, Option<SceneArrays>) -> Result<SceneArrays, E>,
+        upload: impl FnOnce(&mut dyn Device, &mut Option<SceneArrays>) -> Result<SceneArrays, E>,
     ) -> Result<(), E> {
-        let before = self.scene.take();
-        self.scene = Some(upload(self.device.as_mut(), before)?);
+        self.scene = Some(upload(self.device.as_mut(), &mut self.scene)?);
         Ok(())
     }
 

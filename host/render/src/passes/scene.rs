@@ -1,15 +1,14 @@
 //! The scene on a device: its arrays, and those of the trees and the light table.
 
+use super::array_content::{ArrayContent, SameArrays};
+use super::scene_writer::{SceneWriter, WrittenArray};
 use crate::bvh::{Bvh, Wide};
 use crate::lights::Lights;
-use bytemuck::Pod;
 use std::sync::Arc;
-use trisect_device::{BackendError, Buffer, Command, Device, LentRecords};
-use trisect_scene::{Scene, SceneError, SharedVec};
+use trisect_device::{BackendError, Buffer, Command, Device};
+use trisect_scene::{Scene, SceneError};
 use trisect_shared::bvh::BvhNode;
-use trisect_shared::environment::EnvironmentTexel;
 use trisect_shared::scene::SceneLengths;
-use trisect_shared::texture::Texel;
 
 /// Scene that was validated.
 pub(crate) struct ValidScene<'a>(&'a Scene);
@@ -26,60 +25,17 @@ pub(crate) struct SceneArrays {
     pub lengths: SceneLengths,
     /// Number of the scene's own nodes; nodes of tile entries follow them.
     own_nodes: usize,
-    shared: Shared,
+    content: ArrayContent,
 }
 
-/// Content of the arrays that scenes of one file at several times share. It stays in memory, so
-/// that the same address is the same content.
-#[derive(Clone)]
-struct Shared {
-    texels: Arc<[Texel]>,
-    environment: Arc<[EnvironmentTexel]>,
-}
-
-/// Content of an array that is already on the device.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Content {
-    /// The records to be copied.
-    Same,
-    /// Other records.
-    Other,
-}
-
-/// Copies records to a device: into `old`, if that has the size and no other stream reads it.
-fn upload<T: Pod>(
-    to: &mut dyn Device,
-    records: &[T],
-    what: &'static str,
-    old: Option<Buffer>,
-    content: Content,
-) -> Result<Buffer, BackendError> {
-    let bytes: &[u8] = bytemuck::cast_slice(records);
-    let fits = |old: &Buffer| old.bytes() == bytes.len() as u64 && !bytes.is_empty() && !old.is_shared();
-    // An array that is not used again is freed before the other one is allocated.
-    match old.filter(|old| content == Content::Same || fits(old)) {
-        Some(old) => {
-            if content == Content::Other {
-                to.write(&old, 0, bytes)?;
-            }
-            Ok(old)
-        }
-        None => to.upload(bytes, what),
-    }
-}
-
-/// Gives records to a device: their own memory if it reads that in place, and a copy otherwise, as
-/// [`upload`] does.
-fn give<T: Pod + Send + Sync>(
-    to: &mut dyn Device,
-    records: &SharedVec<T>,
-    what: &'static str,
-    old: Option<Buffer>,
-) -> Result<Buffer, BackendError> {
-    match to.adopt(&LentRecords::of(records.shared())) {
-        Some(buffer) => Ok(buffer),
-        None => upload(to, records, what, old, Content::Other),
-    }
+/// Wide BVH of a scene that goes to a device.
+pub(crate) enum WideSource<'a> {
+    /// The device traces the binary BVH.
+    Unused,
+    /// The wide BVH that the device has, if it is of the same binary one.
+    Kept,
+    /// A wide BVH.
+    New(&'a Wide),
 }
 
 /// Index of the nodes among a scene's arrays.
@@ -97,57 +53,58 @@ impl<'a> ValidScene<'a> {
     }
 
     /// Copies the scene to a device, with the trees and the light table that were made for it.
-    /// Arrays of the same scene at another time, `before`, are written in place if they have the
-    /// size, and taken as they are if they cannot have changed.
+    /// Arrays of another scene, `before`, are taken as they are if they have the same content, and
+    /// written in place if they have the size. Also returns what was written.
     pub fn upload(
         &self,
         to: &mut dyn Device,
-        bvh: &Bvh,
-        wide: Option<&Wide>,
+        bvh: &Arc<Bvh>,
+        wide: &WideSource<'_>,
         lights: &Lights,
         before: Option<SceneArrays>,
-    ) -> Result<SceneArrays, BackendError> {
+    ) -> Result<(SceneArrays, Vec<WrittenArray>), BackendError> {
         let scene = self.0;
-        let no_texels = || Arc::from([]);
-        let environment = scene.environment.as_ref().map_or_else(no_texels, |of| Arc::clone(&of.texels));
-        let shared = Shared { texels: Arc::clone(&scene.texels), environment };
-        let (old, old_wide, old_shared) = match before {
-            Some(SceneArrays { scene, wide, shared, .. }) => {
-                (scene.map(Some), wide.map(|of| of.map(Some)), Some(shared))
-            }
-            None => (std::array::from_fn(|_| None), None, None),
-        };
-        let mut old_wide = old_wide.unwrap_or_default();
-        let [spheres, nodes, materials, flats, triangles, vertices, table, textures, texels, panorama] = old;
-        let same = |a: bool| if a { Content::Same } else { Content::Other };
-        let of = old_shared.as_ref();
-        let same_texels = same(of.is_some_and(|of| Arc::ptr_eq(&of.texels, &shared.texels)));
-        let same_panorama = same(of.is_some_and(|of| Arc::ptr_eq(&of.environment, &shared.environment)));
-        let other = Content::Other;
         let planars = scene.flats_and_portals();
+        let content = ArrayContent::of(scene, bvh, lights, &planars);
+        let same = before.as_ref().map_or_else(SameArrays::default, |of| of.content.compared(&content));
+        let (old, mut old_wide) = match before {
+            // The old content makes room.
+            Some(SceneArrays { scene, wide, .. }) => {
+                (scene.map(Some), wide.map(|of| of.map(Some)).unwrap_or_default())
+            }
+            None => Default::default(),
+        };
+        let [spheres, nodes, materials, flats, triangles, vertices, table, textures, texels, panorama] = old;
         let all_triangles = scene.numbered_triangles();
+        let mut to = SceneWriter::new(to);
         let arrays = [
-            upload(to, &scene.spheres, "the scene's spheres", spheres, other)?,
-            give(to, &bvh.nodes, "the scene's BVH", nodes)?,
-            upload(to, &lights.materials, "the scene's materials", materials, other)?,
-            upload(to, &planars, "the scene's quads and discs", flats, other)?,
-            give(to, &all_triangles, "the scene's triangles", triangles)?,
-            give(to, &scene.vertices, "the scene's normals and texture coordinates", vertices)?,
-            upload(to, &lights.lights, "the scene's lights", table, other)?,
-            upload(to, &scene.textures, "the scene's textures", textures, other)?,
-            upload(to, &shared.texels, "the scene's texels", texels, same_texels)?,
-            upload(to, &shared.environment, "the scene's environment map", panorama, same_panorama)?,
+            to.upload(&scene.spheres, "the scene's spheres", spheres, same.spheres)?,
+            to.give(&bvh.nodes, "the scene's BVH", nodes, same.bvh)?,
+            to.upload(&lights.materials, "the scene's materials", materials, same.materials)?,
+            to.upload(&planars, "the scene's quads and discs", flats, same.planars)?,
+            to.give(&all_triangles, "the scene's triangles", triangles, same.triangles)?,
+            to.give(&scene.vertices, "the scene's normals and texture coordinates", vertices, same.vertices)?,
+            to.upload(&lights.lights, "the scene's lights", table, same.lights)?,
+            to.upload(&scene.textures, "the scene's textures", textures, same.textures)?,
+            to.upload(&content.texels, "the scene's texels", texels, same.texels)?,
+            to.upload(&content.environment, "the scene's environment map", panorama, same.environment)?,
         ];
         let wide = match wide {
-            None => None,
-            Some(Wide { root, instance_roots, nodes, spheres, triangles }) => {
+            WideSource::Unused => None,
+            WideSource::Kept => match old_wide {
+                [Some(roots), Some(nodes), Some(spheres), Some(triangles)] if same.bvh => {
+                    Some([roots, nodes, spheres, triangles])
+                }
+                _ => None,
+            },
+            WideSource::New(Wide { root, instance_roots, nodes, spheres, triangles }) => {
                 let mut old = |index: usize| old_wide[index].take();
                 let roots = [&[root.0], instance_roots.as_slice()].concat();
                 Some([
-                    upload(to, &roots, "the scene's wide BVH", old(0), other)?,
-                    give(to, nodes, "the scene's wide BVH", old(1))?,
-                    upload(to, spheres, "the scene's packets of spheres", old(2), other)?,
-                    give(to, triangles, "the scene's packets of triangles", old(3))?,
+                    to.upload(&roots, "the scene's wide BVH", old(0), false)?,
+                    to.give(nodes, "the scene's wide BVH", old(1), false)?,
+                    to.upload(spheres, "the scene's packets of spheres", old(2), false)?,
+                    to.give(triangles, "the scene's packets of triangles", old(3), false)?,
                 ])
             }
         };
@@ -161,9 +118,10 @@ impl<'a> ValidScene<'a> {
             lights: lights.lights.len(),
             textures: scene.textures.len(),
             texels: scene.texels.len(),
-            environment: shared.environment.len(),
+            environment: content.environment.len(),
         };
-        Ok(SceneArrays { scene: arrays, wide, lengths, own_nodes: bvh.nodes.len(), shared })
+        let arrays = SceneArrays { scene: arrays, wide, lengths, own_nodes: bvh.nodes.len(), content };
+        Ok((arrays, to.written))
     }
 }
 
@@ -190,6 +148,11 @@ impl SceneArrays {
         device.write(&self.scene[NODES], own, bytes)?;
         self.lengths.nodes = self.own_nodes + nodes.len();
         Ok(())
+    }
+
+    /// Returns whether there is a wide BVH, of this binary one.
+    pub fn has_wide_of(&self, bvh: &Arc<Bvh>) -> bool {
+        self.has_wide() && self.content.is_of(bvh)
     }
 
     /// Returns whether there is a wide BVH.

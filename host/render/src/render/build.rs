@@ -4,7 +4,8 @@ use super::chunk_buffers::ChunkPipeline;
 use super::film_state::FilmState;
 use super::fingerprint::Fingerprint;
 use super::launch_scene::LaunchScene;
-use super::prepared_scene::PreparedScene;
+use super::prepared_scene::{PreparedScene, Uploaded};
+use super::scene_tree::SceneTree;
 use super::tile_entry_cache::TileEntryCache;
 use super::{Renderer, Settings, Summation};
 use crate::Error;
@@ -46,33 +47,15 @@ impl Renderer {
     /// [`Error::Scene`] if there is no memory for a wide BVH.
     pub fn upload(device: impl Into<Box<dyn Device>>, scene: &mut PreparedScene<'_>) -> Result<Self, Error> {
         let mut device = device.into();
-        let (arrays, phases) = scene.upload(device.as_mut())?;
-        Ok(Self::of(scene.launch_scene(), DeviceScene::new(device, arrays), phases))
+        let Uploaded { arrays, phases, .. } = scene.upload(device.as_mut())?;
+        Ok(Self::of((scene.launch_scene(), scene.tree()), DeviceScene::new(device, arrays), phases))
     }
 
-    /// Replaces the scene by the same one at another time, from the next frame on. What stays the
-    /// same between both, and memory of the same size, is used again. After an error the renderer
-    /// has no scene, and renders nothing.
-    ///
-    /// # Errors
-    ///
-    /// The errors of [`upload`](Self::upload).
-    pub fn set_scene(&mut self, scene: &mut PreparedScene<'_>) -> Result<(), Error> {
-        let mut phases = Phases::default();
-        self.uploaded.set_scene(|device, before| {
-            let (arrays, took) = scene.upload_into(device, before)?;
-            phases = took;
-            Ok::<_, Error>(arrays)
-        })?;
-        (self.scene, self.phases) = (scene.launch_scene(), phases);
-        (self.film_state, self.tile_entries) = (FilmState::default(), TileEntryCache::default());
-        Ok(())
-    }
-
-    fn of(scene: LaunchScene, uploaded: DeviceScene, phases: Phases) -> Self {
+    fn of((scene, tree): (LaunchScene, SceneTree), uploaded: DeviceScene, phases: Phases) -> Self {
         Self {
             pipeline: ChunkPipeline::new(uploaded.device().info().kind, scene.features()),
             scene,
+            tree,
             uploaded,
             phases,
             tile_entries: TileEntryCache::default(),
@@ -92,7 +75,8 @@ impl Renderer {
     /// [`Error::Backend`] if the device fails.
     pub fn second_stream(&self) -> Result<Option<Self>, Error> {
         let Some(uploaded) = self.uploaded.second_stream()? else { return Ok(None) };
-        Ok(Some(Self::of(self.scene.clone(), uploaded, self.phases.clone())))
+        let scene = (self.scene.clone(), self.tree.clone());
+        Ok(Some(Self::of(scene, uploaded, self.phases.clone())))
     }
 
     /// Returns the fingerprint of the image with these settings, for the scene's

@@ -55,10 +55,15 @@ impl ChunkPipeline {
     /// yet.
     pub fn new(kind: DeviceKind, scene: Features) -> Self {
         let (current, spare) = (ChunkSums::default(), ChunkSums::default());
-        let factor = if has_any(scene, MEDIA) { 4 } else { 1 };
-        let (sizer, queue) =
-            (SubmissionSizer::new(kind).with_longer_loops(factor), SubmissionQueue::default());
-        Self { sizer, queue, current, spare, radiance: HostRecords::default() }
+        let (sizer, queue) = (SubmissionSizer::new(kind), SubmissionQueue::default());
+        let mut pipeline = Self { sizer, queue, current, spare, radiance: HostRecords::default() };
+        pipeline.adapt_to(kind, scene);
+        pipeline
+    }
+
+    /// Adapts the pipeline to a scene with these features on a device of this kind.
+    pub fn adapt_to(&mut self, kind: DeviceKind, scene: Features) {
+        self.sizer.set_loop_factor(kind, if has_any(scene, MEDIA) { 4 } else { 1 });
     }
 
     /// Pins memory for two chunks of `pixels` pixels, if the device is a GPU.

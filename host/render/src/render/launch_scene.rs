@@ -3,8 +3,8 @@
 use super::Settings;
 use super::boundaries::Boundaries;
 use super::scene_params::SceneParams;
-use crate::bvh::TreeOnHost;
-use crate::bvh::{Bvh, BvhQuality};
+use super::scene_tree::SceneTree;
+use crate::bvh::{BvhQuality, TreeOnHost};
 use crate::camera;
 use crate::lights::Lights;
 use crate::passes::Launch;
@@ -48,11 +48,9 @@ pub(super) struct LaunchScene {
 }
 
 /// Returns the CRC-32 of BVH and light table.
-fn structures_crc(bvh: &Bvh, lights: &Lights) -> u32 {
-    let mut crc = crc32fast::Hasher::new();
-    let parts: [&[u8]; 5] = [
-        bytemuck::bytes_of(&bvh.root.0),
-        bytemuck::cast_slice(&bvh.nodes),
+fn structures_crc(tree: &SceneTree, lights: &Lights) -> u32 {
+    let mut crc = crc32fast::Hasher::new_with_initial(tree.crc);
+    let parts: [&[u8]; 3] = [
         bytemuck::cast_slice(&lights.lights),
         bytemuck::bytes_of(&lights.environment_probability),
         bytemuck::bytes_of(&lights.sky_strength),
@@ -62,15 +60,9 @@ fn structures_crc(bvh: &Bvh, lights: &Lights) -> u32 {
 }
 
 impl LaunchScene {
-    /// Collects what launches need. `padded_for` says for which origins of rays the boxes are
-    /// padded, `None` for boxes without padding.
-    pub fn new(
-        scene: &Scene,
-        bvh: &Bvh,
-        lights: &Lights,
-        padded_for: Option<Vec3>,
-        quality: Option<BvhQuality>,
-    ) -> Self {
+    /// Collects what launches need.
+    pub fn new(scene: &Scene, tree: &SceneTree, lights: &Lights) -> Self {
+        let (bvh, padded_for) = (&tree.bvh, tree.padded_for());
         let boundaries = Boundaries::of(scene);
         Self {
             camera: scene.camera,
@@ -79,8 +71,8 @@ impl LaunchScene {
             features: scene.features(),
             params: SceneParams::new(scene, bvh, lights, padded_for.is_some()),
             ray_origin_extent: padded_for.unwrap_or(Vec3::ZERO),
-            quality,
-            structures_crc: structures_crc(bvh, lights),
+            quality: tree.quality,
+            structures_crc: structures_crc(tree, lights),
             triangles: scene.triangles.clone(),
             vertices: scene.vertices.clone(),
             placed: scene.shared.instances.iter().map(|instance| instance.object).collect(),

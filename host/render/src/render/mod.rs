@@ -24,6 +24,7 @@ mod live_session;
 mod prepared_scene;
 mod resume;
 mod scene_params;
+mod scene_tree;
 mod shutter;
 mod started_frame;
 mod submission_queue;
@@ -31,8 +32,10 @@ mod submissions;
 mod summation;
 mod tile_entry_cache;
 mod tile_samples;
+mod update;
 
 pub use crate::film::{SampleBlock, Summation};
+pub use crate::passes::WrittenArray;
 pub use crate::settings::{Crop, KernelFeatures, MAX_DEPTH, Sampler, Settings, SettingsError};
 pub(crate) use chunk::ChunkTiming;
 pub use chunk::{ChunkResult, chunks};
@@ -56,8 +59,9 @@ pub use chunk_pipeline::{ChunkJob, PipelineTiming};
 use film_state::FilmState;
 use launch_scene::LaunchScene;
 pub use live_session::{MAX_ACCUMULATED_SAMPLES, Restart};
-pub use prepared_scene::{PreparedScene, SceneTree};
+pub use prepared_scene::PreparedScene;
 pub use resume::{PartSizer, check_film};
+pub use scene_tree::{SceneTree, TreeReuse};
 pub use shutter::{Moment, Shutter};
 pub use started_frame::{ShownFrame, StartedFrame};
 use std::ops::{ControlFlow, Range};
@@ -73,6 +77,7 @@ use trisect_scene::{CameraPose, SceneError};
 use trisect_shared::camera::Camera;
 use trisect_shared::denoise::FilteredPixel;
 use trisect_shared::path::FirstHit;
+pub use update::SceneReuse;
 
 /// Observer of a render, which may cancel it.
 pub trait RenderObserver {
@@ -120,6 +125,8 @@ impl Frame {
 /// Scene on a device, ready for any number of frames.
 pub struct Renderer {
     scene: LaunchScene,
+    /// BVH of the scene, from which that of the next one is made.
+    tree: SceneTree,
     uploaded: DeviceScene,
     /// Times of the preparation.
     phases: Phases,

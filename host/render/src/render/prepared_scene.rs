@@ -3,14 +3,13 @@
 
 use super::fingerprint::Fingerprint;
 use super::launch_scene::LaunchScene;
+use super::scene_tree::{SceneTree, TreeReuse};
 use super::{Settings, Traversal};
 use crate::Error;
-use crate::bvh::{Bvh, BvhQuality, MAX_REFITTED_COST, Wide};
-use crate::camera;
+use crate::bvh::{BvhQuality, Wide};
 use crate::lights::Lights;
-use crate::passes::{SceneArrays, ValidScene};
+use crate::passes::{SceneArrays, ValidScene, WideSource, WrittenArray};
 use crate::stats::Phases;
-use glam::Vec3;
 use std::time::Instant;
 use trisect_device::Device;
 use trisect_scene::Scene;
@@ -19,30 +18,25 @@ use trisect_system::memory;
 /// Number of primitives beyond which the memory of one BVH is worth returning before the next.
 const LARGE: usize = 1 << 19;
 
-/// BVH of a scene at one time, from which that of another time is refitted.
-pub struct SceneTree {
-    bvh: Bvh,
-    /// Cost of the BVH when it was built.
-    built_cost: f64,
-}
-
 /// Scene that was validated, with trees and light table, ready for any number of devices.
 pub struct PreparedScene<'a> {
     scene: ValidScene<'a>,
-    quality: Option<BvhQuality>,
-    bvh: Bvh,
-    /// Cost of the BVH when it was built.
-    built_cost: f64,
-    /// True if the BVH is that of the scene at another time, refitted.
-    refitted: bool,
+    tree: SceneTree,
+    reuse: TreeReuse,
     /// Wide BVH, once a device has asked for it.
     wide: Option<Wide>,
     lights: Lights,
-    /// Maximum distance of a ray's origin from the world's origin, along each axis, for which the
-    /// boxes are padded; `None` if they are not.
-    padded_for: Option<Vec3>,
     /// Seconds that the trees and the light table took.
     seconds: f64,
+}
+
+/// Scene on a device.
+pub(super) struct Uploaded {
+    pub arrays: SceneArrays,
+    /// Times of the preparation.
+    pub phases: Phases,
+    /// Arrays that were written.
+    pub written: Vec<WrittenArray>,
 }
 
 impl<'a> PreparedScene<'a> {
@@ -55,14 +49,15 @@ impl<'a> PreparedScene<'a> {
     pub fn new(scene: &'a Scene, quality: Option<BvhQuality>) -> Result<Self, Error> {
         let start = Instant::now();
         let valid = ValidScene::new(scene)?;
-        let bvh = Bvh::build(scene, quality)?;
-        let built_cost = bvh.cost();
-        Ok(Self::of(valid, quality, SceneTree { bvh, built_cost }, start))
+        let tree = SceneTree::build(scene, quality)?;
+        Ok(Self::of(valid, (tree, TreeReuse::Built), start))
     }
 
-    /// Prepares a scene at another time, as [`new`](Self::new) does. The BVH `tree` is refitted if
-    /// the scene has as many primitives, and built anew if that would make it more than
-    /// [`MAX_REFITTED_COST`] times as costly as when it was built.
+    /// Prepares a scene as [`new`](Self::new) does, with the BVH `tree` of another one. It is kept
+    /// for the same shapes. It is refitted if the scene has as many primitives at other places, and
+    /// built anew if that would make it more than
+    /// [`MAX_REFITTED_COST`](crate::bvh::MAX_REFITTED_COST) times as costly as when it was built,
+    /// or if the quality is another one.
     ///
     /// # Errors
     ///
@@ -70,79 +65,82 @@ impl<'a> PreparedScene<'a> {
     pub fn moved(scene: &'a Scene, quality: Option<BvhQuality>, tree: SceneTree) -> Result<Self, Error> {
         let start = Instant::now();
         let valid = ValidScene::new(scene)?;
-        let SceneTree { bvh, built_cost } = tree;
-        let refitted = bvh.moved(scene)?.filter(|bvh| bvh.cost() <= MAX_REFITTED_COST * built_cost);
-        match refitted {
-            Some(bvh) => {
-                let prepared = Self::of(valid, quality, SceneTree { bvh, built_cost }, start);
-                Ok(Self { refitted: true, ..prepared })
-            }
-            None => Self::new(scene, quality),
-        }
+        let tree = tree.update(scene, quality)?;
+        Ok(Self::of(valid, tree, start))
     }
 
-    fn of(valid: ValidScene<'a>, quality: Option<BvhQuality>, tree: SceneTree, start: Instant) -> Self {
-        let (scene, SceneTree { mut bvh, built_cost }) = (valid.get(), tree);
-        let camera = camera::record(&scene.camera, 1, 1);
-        // Rays of a parallel projection start beside the camera, as far as the image is wide.
-        let padded_for = match camera.is_parallel {
-            0 => bvh.pad_boxes(camera.origin, camera.lens_x.length()),
-            _ => None,
-        };
-        let lights = Lights::new(scene);
+    fn of(scene: ValidScene<'a>, (tree, reuse): (SceneTree, TreeReuse), start: Instant) -> Self {
+        let lights = Lights::new(scene.get());
         let seconds = start.elapsed().as_secs_f64();
-        let (wide, refitted) = (None, false);
-        Self { scene: valid, quality, bvh, built_cost, refitted, wide, lights, padded_for, seconds }
+        Self { scene, tree, reuse, wide: None, lights, seconds }
     }
 
-    /// Returns whether the BVH is that of the scene at another time, refitted.
+    /// Returns whether the BVH is that of another scene, refitted or as it was.
     pub fn is_refitted(&self) -> bool {
-        self.refitted
+        self.reuse != TreeReuse::Built
+    }
+
+    /// Returns the origin of the BVH.
+    pub fn tree_reuse(&self) -> TreeReuse {
+        self.reuse
     }
 
     /// Returns the BVH, for the scene at another time.
     pub fn into_tree(self) -> SceneTree {
-        SceneTree { bvh: self.bvh, built_cost: self.built_cost }
+        self.tree
+    }
+
+    /// Returns the BVH, which shares its memory with this one.
+    pub(super) fn tree(&self) -> SceneTree {
+        self.tree.clone()
     }
 
     /// Returns the fingerprint of the image with these settings.
     pub fn fingerprint(&self, settings: &Settings) -> Fingerprint {
-        Fingerprint::new(&self.scene.get().digest(), settings, self.quality)
+        Fingerprint::new(&self.scene.get().digest(), settings, self.tree.quality)
     }
 
     /// Copies the scene, its trees and its light table to a device. A wide BVH is built for a
     /// device that traces it.
-    pub(super) fn upload(&mut self, device: &mut dyn Device) -> Result<(SceneArrays, Phases), Error> {
-        self.upload_into(device, None)
+    pub(super) fn upload(&mut self, device: &mut dyn Device) -> Result<Uploaded, Error> {
+        self.upload_into(device, &mut None)
     }
 
-    /// Copies the scene to a device as [`upload`](Self::upload) does, into the arrays of the scene
-    /// at another time where they have the size.
+    /// Copies the scene to a device as [`upload`](Self::upload) does. Arrays of the scene before
+    /// stay as they are if they have the same content, and are written in place if they have the
+    /// size. They are taken before anything is written.
     pub(super) fn upload_into(
         &mut self,
         device: &mut dyn Device,
-        before: Option<SceneArrays>,
-    ) -> Result<(SceneArrays, Phases), Error> {
+        before: &mut Option<SceneArrays>,
+    ) -> Result<Uploaded, Error> {
         let scene = self.scene.get();
+        let bvh = &self.tree.bvh;
         let start = Instant::now();
         let traversal = device.best_method(scene.features(), scene.primitives()).0;
-        if traversal == Traversal::Wide && self.wide.is_none() {
-            if scene.primitives() > LARGE && !self.refitted {
+        let has_wide = before.as_ref().is_some_and(|before| before.has_wide_of(bvh));
+        if traversal == Traversal::Wide && !has_wide && self.wide.is_none() {
+            if scene.primitives() > LARGE && self.reuse == TreeReuse::Built {
                 // What the construction of the binary BVH freed.
                 memory::release();
             }
-            self.wide = Wide::new(scene, &self.bvh)?;
+            self.wide = Wide::new(scene, bvh)?;
         }
-        let wide = self.wide.as_ref().filter(|_| traversal == Traversal::Wide);
+        let wide = match (traversal, &self.wide) {
+            (Traversal::Wide, _) if has_wide => WideSource::Kept,
+            (Traversal::Wide, Some(wide)) => WideSource::New(wide),
+            _ => WideSource::Unused,
+        };
         let bvh_seconds = self.seconds + start.elapsed().as_secs_f64();
         let start = Instant::now();
-        let arrays = self.scene.upload(device, &self.bvh, wide, &self.lights, before)?;
+        let (arrays, written) = self.scene.upload(device, bvh, &wide, &self.lights, before.take())?;
         let upload_seconds = start.elapsed().as_secs_f64();
-        Ok((arrays, Phases { bvh_seconds, upload_seconds, ..Phases::default() }))
+        let phases = Phases { bvh_seconds, upload_seconds, ..Phases::default() };
+        Ok(Uploaded { arrays, phases, written })
     }
 
     /// Returns what launches need to know of the scene once its arrays are on a device.
     pub(super) fn launch_scene(&self) -> LaunchScene {
-        LaunchScene::new(self.scene.get(), &self.bvh, &self.lights, self.padded_for, self.quality)
+        LaunchScene::new(self.scene.get(), &self.tree, &self.lights)
     }
 }

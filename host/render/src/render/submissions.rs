@@ -35,19 +35,19 @@ impl SubmissionSizer {
             DeviceKind::SoftwareGpu => (1 << 14, 1 << 12),
             DeviceKind::Cpu => (1 << 15, 1 << 13),
         };
-        // Mesa's lavapipe ends the loops of a lane after 65,535 iterations, wherever they are.
-        let pixel_samples = if kind == DeviceKind::SoftwareGpu { 16 } else { u64::from(u32::MAX) };
-        Self { budget, pixels, pixel_samples, fixed: false, speed: None }
+        let mut sizer = Self { budget, pixels, pixel_samples: 0, fixed: false, speed: None };
+        sizer.set_loop_factor(kind, 1);
+        sizer
     }
 
     /// Divides the samples of a pixel in a submission of a software GPU by `factor`, for kernels
     /// whose paths have longer loops.
-    pub(super) fn with_longer_loops(self, factor: u64) -> Self {
-        let pixel_samples = match self.pixel_samples < u64::from(u32::MAX) {
-            true => (self.pixel_samples / factor).max(1),
-            false => self.pixel_samples,
+    pub(super) fn set_loop_factor(&mut self, kind: DeviceKind, factor: u64) {
+        // Mesa's lavapipe ends the loops of a lane after 65,535 iterations, wherever they are.
+        self.pixel_samples = match kind {
+            DeviceKind::SoftwareGpu => (16 / factor).max(1),
+            DeviceKind::Gpu | DeviceKind::Cpu => u64::from(u32::MAX),
         };
-        Self { pixel_samples, ..self }
     }
 
     /// Sets the budget, or with `None` lets it follow the device's speed again.

@@ -1,6 +1,7 @@
 //! Scenes at several times: what moves, what is shared, and scenes of which nothing moves.
 
 use super::*;
+use crate::Includes;
 use crate::import::testing::{floats, png};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -121,4 +122,89 @@ fn models_without_animations_are_refused() {
     assert!(message.contains("a.gltf: the model has no animation"), "{message}");
     let unknown = load(&path.with_extension("xyz")).err().unwrap();
     assert!(matches!(unknown, SceneError::UnknownFormat { .. }), "{unknown}");
+}
+
+/// Returns a folder with a scene file around a model of one triangle.
+fn editable() -> (TempDir, PathBuf) {
+    let (folder, _) = folder("");
+    let path = folder.path().join("a.ron");
+    let text = r#"Scene(version: 1, image: (width: 8, height: 8, samples: 1),
+        camera: (look_from: (0, 0, 3), look_at: (0, 0, 0), vertical_fov: 90),
+        materials: { "red": Lambertian(albedo: (1, 0, 0)) },
+        objects: [Mesh(file: "a.gltf"), Sphere(center: (0, 0, 0), radius: 1, material: "red")])"#;
+    fs::write(&path, text).unwrap();
+    (folder, path)
+}
+
+fn edit(text: &str) -> FieldEdit {
+    text.parse().unwrap()
+}
+
+/// A change of a material reads no file again, and gives the scene that is read with that change.
+#[test]
+fn an_edit_reads_no_file_again() {
+    let (folder, path) = editable();
+    let mut scene = AnimatedScene::load_moving_or_not(&path, &LoadOptions::default()).unwrap();
+    let start = at(&mut scene, 0.0);
+    let green = edit("materials.red.albedo=0,1,0");
+    let options = LoadOptions { edits: vec![green.clone()], ..LoadOptions::default() };
+    let alone = SceneDocument::load_with(&path, &options).unwrap().lower(Rebase::IDENTITY).unwrap();
+    for file in ["a.gltf", "a.png", "a.ron"] {
+        fs::remove_file(folder.path().join(file)).unwrap();
+    }
+    let edited = scene.edit(&[green], 0.0).unwrap();
+    assert_eq!(edited.digest(), alone.digest());
+    assert_ne!(edited.materials, start.materials);
+    assert_eq!((&edited.triangles, &edited.vertices), (&start.triangles, &start.vertices));
+    assert_eq!(edited.texels, start.texels);
+    // Without changes the scene is that of the file.
+    assert_eq!(scene.set_edits(Vec::new(), 0.0).unwrap().digest(), start.digest());
+    // Negative control: what the scene did not name before is read.
+    let error = scene.edit(&[edit("objects.0.file=b.gltf")], 0.0).unwrap_err();
+    assert!(error.to_string().contains("b.gltf"), "{error}");
+}
+
+/// An edit that fails, in its path, in its value or in the scene that it gives, changes nothing.
+#[test]
+fn an_edit_that_fails_leaves_the_scene() {
+    let (_folder, path) = editable();
+    let mut scene = AnimatedScene::load_moving_or_not(&path, &LoadOptions::default()).unwrap();
+    let first = edit("objects.1.radius=2");
+    let before = scene.edit(std::slice::from_ref(&first), 0.0).unwrap().digest();
+    for (change, words) in [
+        ("materials.rde.albedo=0,1,0", "materials has no rde; it has red"),
+        ("objects.1.radius=-1", "radius"),
+        ("objects.1.material=blue", "blue"),
+        ("camera.look_at=0,0,3", "a.ron"),
+    ] {
+        let error = scene.edit(&[edit("objects.1.radius=3"), edit(change)], 0.0).unwrap_err().to_string();
+        assert!(error.contains(words), "{change}: {error}");
+        assert_eq!(scene.edits(), std::slice::from_ref(&first), "{change}");
+        assert_eq!(at(&mut scene, 0.0).digest(), before, "{change}");
+    }
+    // Negative control: the first of both changes alone is made, in place of the earlier one.
+    let second = edit("objects.1.radius=3");
+    assert_ne!(scene.edit(std::slice::from_ref(&second), 0.0).unwrap().digest(), before);
+    assert_eq!(scene.edits(), [second]);
+}
+
+#[test]
+fn texts_and_the_built_in_scene_are_edited_and_models_are_not() {
+    let options = LoadOptions::default();
+    let mut built_in = AnimatedScene::hello_world(&options).unwrap();
+    assert_eq!(at(&mut built_in, 0.0).digest(), Scene::hello_world().unwrap().digest());
+    let moved = built_in.edit(&[edit("camera.look_from=0,1,9")], 0.0).unwrap();
+    assert_eq!((moved.camera.look_from.z, built_in.moves()), (9.0, false));
+    let (folder, path) = editable();
+    let model = folder.path().join("a.gltf");
+    let text = fs::read_to_string(&path).unwrap().replace("a.gltf", model.to_str().unwrap());
+    let anywhere = LoadOptions { includes: Includes::Anywhere, ..LoadOptions::default() };
+    let mut parsed = AnimatedScene::parse(&text, "text", &anywhere).unwrap();
+    let smaller = parsed.edit(&[edit("objects.1.radius=0.5")], 0.0).unwrap();
+    assert_eq!((smaller.spheres[0].radius, smaller.triangles.len()), (0.5, 1));
+    let refused = AnimatedScene::parse(&text, "text", &options).err().unwrap().to_string();
+    assert!(refused.contains("text") || refused.contains("a.gltf"), "{refused}");
+    let mut model = AnimatedScene::load_moving_or_not(&model, &options).unwrap();
+    let error = model.edit(&[edit("image.width=4")], 0.0).unwrap_err().to_string();
+    assert!(error.contains("fields of .ron files only"), "{error}");
 }

@@ -37,21 +37,23 @@ struct Records {
 }
 
 impl Looks {
-    /// Makes the records of a description.
+    /// Makes the records of a description. The panorama of the same sky is taken from `before`.
     ///
     /// # Errors
     ///
     /// A message that names the material or the sky.
-    pub fn of(description: &Description) -> Result<Self, String> {
+    pub fn of(description: &Description, before: Option<&Self>) -> Result<Self, String> {
         let sky = match &description.sky {
             Some(Sky::Gradient { bottom, top }) => {
                 sky::Sky { bottom: bottom.as_vec3(), strength: 0.0, top: top.as_vec3(), pad1: 0 }
             }
             _ => uniform(Vec3::ZERO),
         };
-        let environment = match description.sky.as_ref().and_then(Sky::panorama) {
-            Some((image, scale, rotation)) => Some(environment::lower(image, scale, rotation)?),
-            None => None,
+        let known = before.filter(|of| is_same_sky(of.sky.as_ref(), description.sky.as_ref()));
+        let environment = match (known, description.sky.as_ref().and_then(Sky::panorama)) {
+            (Some(known), _) => known.records.environment.clone(),
+            (None, Some((image, scale, rotation))) => Some(environment::lower(image, scale, rotation)?),
+            (None, None) => None,
         };
         let mut textures = texture::Packer::default();
         let mut layers = Vec::new();

@@ -39,10 +39,9 @@ pub(super) fn lower(
     let Some((_, camera)) = description.cameras.first() else {
         return Err(inconsistent("no camera; add one".to_owned()));
     };
-    let known = looks.take().filter(|looks| looks.are_of(description));
-    let of = match known {
-        Some(known) => known,
-        None => Looks::of(description).map_err(inconsistent)?,
+    let of = match looks.take() {
+        Some(known) if known.are_of(description) => known,
+        other => Looks::of(description, other.as_ref()).map_err(inconsistent)?,
     };
     let geometry = geometry::lower(description, sharing).map_err(inconsistent)?;
     let mut warnings = description.warnings.clone();

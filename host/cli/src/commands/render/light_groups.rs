@@ -12,7 +12,7 @@ use trisect::error::MotionError;
 use trisect::image::ImageError;
 use trisect::light_groups;
 use trisect::output::{Channel, Format};
-use trisect::render::{PreparedScene, RenderObserver};
+use trisect::render::RenderObserver;
 use trisect::scene::{Rebase, SceneDocument};
 use trisect_lab::Error;
 
@@ -94,7 +94,7 @@ pub fn layers(
         let channels = light_groups::render(renderer, settings, groups, filter, &mut bar);
         // What follows is about the scene of the image.
         let scene = document.lower(Rebase::IDENTITY)?;
-        renderer.set_scene(&mut PreparedScene::new(&scene, quality)?)?;
+        renderer.update_scene(&scene, quality)?;
         Ok::<_, Error>(channels?)
     };
     match render() {
