@@ -20,7 +20,7 @@ use trisect::adaptive::{self, Goal, Sampled};
 use trisect::device::{self, Choice};
 use trisect::error::Error;
 use trisect::image::Image;
-use trisect::render::{PreparedScene, RenderObserver, Settings};
+use trisect::render::{RenderObserver, Settings};
 use trisect::stats::RenderStats;
 use trisect::threads::start_shared;
 
@@ -242,15 +242,26 @@ impl Renderer {
         }
     }
 
-    /// Replace the scene, from the next frame on.
-    fn update(&self, py: Python<'_>, scene: Py<Scene>) -> PyResult<()> {
+    /// Replace the scene, from the next frame on, and keep what is the same: after an edit of a
+    /// material the BVH and the meshes stay on the device.
+    ///
+    /// Returns a dict with tree ("kept", "padded", "refitted" or "built") and written, a dict of the
+    /// bytes of each array that went to the device.
+    fn update<'py>(&self, py: Python<'py>, scene: Py<Scene>) -> PyResult<Bound<'py, PyDict>> {
         let _running = Running::begin()?;
         let mut alone = self.alone(py)?;
         let records = Arc::clone(&scene.get().inner);
         let renderer = &mut alone.inner.renderer;
-        error::guarded(py, || renderer.set_scene(&mut PreparedScene::new(&records, None)?))?;
+        let reuse = error::guarded(py, || renderer.update_scene(&records, None))?;
         alone.inner.scene = scene;
-        Ok(())
+        let written = PyDict::new(py);
+        for array in &reuse.written {
+            written.set_item(array.name, array.bytes)?;
+        }
+        let told = PyDict::new(py);
+        told.set_item("tree", format!("{:?}", reuse.tree).to_lowercase())?;
+        told.set_item("written", written)?;
+        Ok(told)
     }
 
     /// End the render that another thread has in progress; its call raises CancelledError.

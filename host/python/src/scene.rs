@@ -6,10 +6,11 @@ use crate::scene_parts::Parts;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple, PyType};
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use trisect::error::Error;
 use trisect::scene::{
-    CameraChoice, FieldEdit, Includes, LoadOptions, PartName, Rebase, SceneDocument, SceneError,
+    AnimatedScene, CameraChoice, FieldEdit, Includes, LoadOptions, PartName, Rebase, SceneDocument,
+    SceneError,
 };
 
 /// Origin of a scene, from which it is read again for an edit.
@@ -25,19 +26,78 @@ enum Content {
     Bytes,
 }
 
-/// Origin of a scene with the choices made for it.
-#[derive(Debug)]
+/// Origin of a scene with the choices made for it, without edits.
 struct Source {
     content: Content,
     parts: Parts,
     options: LoadOptions,
     camera: CameraChoice,
+    /// The same scene with its files in memory, once an edit has asked for it.
+    in_memory: Mutex<Option<AnimatedScene>>,
+}
+
+/// Scene with what only its document has.
+struct Read {
+    scene: trisect::scene::Scene,
+    space: Rebase,
+    names: Arc<Vec<PartName>>,
 }
 
 impl Source {
-    /// Reads the scene.
-    fn document(&self) -> Result<SceneDocument, SceneError> {
-        let Self { content, parts, options, camera } = self;
+    fn new(content: Content, parts: Parts, options: LoadOptions, camera: CameraChoice) -> Arc<Self> {
+        Arc::new(Self { content, parts, options, camera, in_memory: Mutex::new(None) })
+    }
+
+    /// Reads the scene with edits.
+    fn read(&self, edits: &[FieldEdit]) -> Result<Read, SceneError> {
+        let document = self.document(edits)?;
+        let (space, names) = (document.space, Arc::new(document.part_names()));
+        Ok(Read { scene: document.lower(Rebase::IDENTITY)?, space, names })
+    }
+
+    /// Returns the scene with edits, after the scene `before`, of the files in memory. `None` where
+    /// they would not give what the files give.
+    fn read_in_memory(&self, edits: &[FieldEdit], before: &Scene) -> Option<Result<Read, SceneError>> {
+        let Self { content, parts, options, camera, in_memory } = self;
+        if !parts.is_empty() {
+            return None;
+        }
+        let mut in_memory = in_memory.lock().unwrap_or_else(PoisonError::into_inner);
+        if in_memory.is_none() {
+            let loaded = match content {
+                Content::File(path) => AnimatedScene::load_moving_or_not(path, options),
+                Content::Text { text, name } => AnimatedScene::parse(text, name, options),
+                Content::HelloWorld => AnimatedScene::hello_world(options),
+                Content::Bytes => return None,
+            };
+            let mut loaded = loaded.ok()?;
+            loaded.camera = camera.clone();
+            *in_memory = Some(loaded);
+        }
+        let animated = in_memory.as_mut()?;
+        // Without a time, a model that moves has the pose of its file.
+        if animated.moves() && options.model.time.is_none() {
+            return None;
+        }
+        let time = options.model.time.unwrap_or(0.0);
+        let mut change = || {
+            let scene = animated.set_edits(edits.to_vec(), time)?;
+            let keeps_names = edits.iter().all(|edit| {
+                let path = edit.to_string();
+                ["camera", "image", "lights", "materials", "sky"].iter().any(|field| path.starts_with(field))
+            });
+            if keeps_names && before.edits.is_empty() {
+                return Ok(Read { scene, space: before.space, names: Arc::clone(&before.names) });
+            }
+            let document = animated.document(time)?;
+            Ok(Read { scene, space: document.space, names: Arc::new(document.part_names()) })
+        };
+        Some(change())
+    }
+
+    fn document(&self, edits: &[FieldEdit]) -> Result<SceneDocument, SceneError> {
+        let Self { content, parts, options, camera, .. } = self;
+        let options = &LoadOptions { edits: [&options.edits, edits].concat(), ..options.clone() };
         let mut document = match content {
             Content::File(path) => SceneDocument::load_with(path, options)?,
             Content::Text { text, name } => SceneDocument::parse_with(text, name, options)?,
@@ -58,6 +118,7 @@ impl Source {
 #[pyclass(frozen, module = "trisect")]
 pub struct Scene {
     source: Arc<Source>,
+    edits: Vec<FieldEdit>,
     /// Records of the scene.
     pub inner: Arc<trisect::scene::Scene>,
     /// Space in which the scene is computed.
@@ -67,22 +128,27 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Reads the scene of a source, and issues its warnings.
-    fn of(py: Python<'_>, source: Source) -> PyResult<Self> {
+    /// Reads the scene of a source with edits, and issues its warnings. `before` is a scene of the
+    /// same source.
+    fn of(
+        py: Python<'_>,
+        source: Arc<Source>,
+        edits: Vec<FieldEdit>,
+        before: Option<&Self>,
+    ) -> PyResult<Self> {
         let _running = Running::begin()?;
-        let source = Arc::new(source);
-        let (scene, space, names) = error::guarded(py, || {
-            let document = source.document().map_err(Error::Scene)?;
-            let (space, names) = (document.space, document.part_names());
-            Ok((document.lower(Rebase::IDENTITY)?, space, names))
+        let Read { scene, space, names } = error::guarded(py, || {
+            let in_memory = before.and_then(|before| source.read_in_memory(&edits, before));
+            Ok(in_memory.unwrap_or_else(|| source.read(&edits))?)
         })?;
         let module = py.import("trisect.errors")?;
         let category = module.getattr("SceneWarning")?;
-        for warning in &scene.warnings {
+        let known: &[String] = before.map_or(&[], |before| &before.inner.warnings);
+        for warning in scene.warnings.iter().filter(|warning| !known.contains(warning)) {
             let text = format!("{}: {warning}", scene.name);
             py.import("warnings")?.call_method1("warn", (text, &category, 2))?;
         }
-        Ok(Self { source, inner: Arc::new(scene), space, names: Arc::new(names) })
+        Ok(Self { source, edits, inner: Arc::new(scene), space, names })
     }
 }
 
@@ -97,8 +163,8 @@ impl Scene {
         let (text, arrays): (String, Bound<'_, PyAny>) = built.extract()?;
         let content = Content::Text { text, name: "<built scene>".to_owned() };
         let parts = Parts::read(&arrays)?;
-        let (options, camera) = (LoadOptions::default(), CameraChoice::default());
-        Self::of(py, Source { content, parts, options, camera })
+        let source = Source::new(content, parts, LoadOptions::default(), CameraChoice::default());
+        Self::of(py, source, Vec::new(), None)
     }
 
     /// Read a scene file (.ron), a model (.gltf .glb .obj .ply .stl), or a scene of pbrt (.pbrt) or
@@ -119,10 +185,11 @@ impl Scene {
     ) -> PyResult<Self> {
         let includes = if allow_outside { Includes::Anywhere } else { Includes::Below };
         let edits = set.map_or(Ok(Vec::new()), edits)?;
-        let mut options = LoadOptions { includes, edits, ..LoadOptions::default() };
+        let mut options = LoadOptions { includes, ..LoadOptions::default() };
         options.model.time = time;
         let camera = CameraChoice { name: camera, ..CameraChoice::default() };
-        Self::of(py, Source { content: Content::File(path), parts: Parts::default(), options, camera })
+        let source = Source::new(Content::File(path), Parts::default(), options, camera);
+        Self::of(py, source, edits, None)
     }
 
     /// Read a scene from the text of a scene file; files that it names are relative to the current
@@ -132,14 +199,15 @@ impl Scene {
     fn parse(py: Python<'_>, text: &str, name: &str) -> PyResult<Self> {
         let content = Content::Text { text: text.to_owned(), name: name.to_owned() };
         let (options, camera) = (LoadOptions::default(), CameraChoice::default());
-        Self::of(py, Source { content, parts: Parts::default(), options, camera })
+        Self::of(py, Source::new(content, Parts::default(), options, camera), Vec::new(), None)
     }
 
     /// Return the built-in scene, three spheres.
     #[staticmethod]
     fn hello_world(py: Python<'_>) -> PyResult<Self> {
         let (options, camera) = (LoadOptions::default(), CameraChoice::default());
-        Self::of(py, Source { content: Content::HelloWorld, parts: Parts::default(), options, camera })
+        let source = Source::new(Content::HelloWorld, Parts::default(), options, camera);
+        Self::of(py, source, Vec::new(), None)
     }
 
     /// Return the scene with other values of its fields, such as
@@ -148,16 +216,8 @@ impl Scene {
     /// Paths are those of ``--set``: names of fields and entries, and numbers of list entries from
     /// 0 on, with dots between them. Raises SceneError for a field that the scene lacks.
     fn edit(&self, py: Python<'_>, changes: &Bound<'_, PyDict>) -> PyResult<Self> {
-        let Source { content, parts, options, camera } = self.source.as_ref();
-        let content = match content {
-            Content::File(path) => Content::File(path.clone()),
-            Content::Text { text, name } => Content::Text { text: text.clone(), name: name.clone() },
-            Content::HelloWorld => Content::HelloWorld,
-            Content::Bytes => Content::Bytes,
-        };
-        let all = [options.edits.clone(), edits(changes)?].concat();
-        let options = LoadOptions { edits: all, ..options.clone() };
-        Self::of(py, Source { content, parts: parts.clone(), options, camera: camera.clone() })
+        let all = [self.edits.clone(), edits(changes)?].concat();
+        Self::of(py, Arc::clone(&self.source), all, Some(self))
     }
 
     /// File of the scene, or the name that stands for it.
@@ -214,9 +274,9 @@ impl Scene {
     fn from_bytes(py: Python<'_>, bytes: &[u8]) -> PyResult<Self> {
         let scene = error::guarded(py, || Ok(trisect::scene::Scene::from_bytes(bytes)?))?;
         let (options, camera) = (LoadOptions::default(), CameraChoice::default());
-        let source = Source { content: Content::Bytes, parts: Parts::default(), options, camera };
+        let source = Source::new(Content::Bytes, Parts::default(), options, camera);
         let (space, names) = (Rebase::IDENTITY, Arc::default());
-        Ok(Self { source: Arc::new(source), inner: Arc::new(scene), space, names })
+        Ok(Self { source, edits: Vec::new(), inner: Arc::new(scene), space, names })
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {

@@ -54,6 +54,11 @@ impl Parts {
         Ok(parts)
     }
 
+    /// Returns whether there are no arrays.
+    pub fn is_empty(&self) -> bool {
+        self.meshes.is_empty() && self.spheres.is_empty() && self.sky.is_none()
+    }
+
     /// Adds the parts to a scene.
     pub fn add_to(&self, description: &mut Description) {
         for placed in &self.meshes {

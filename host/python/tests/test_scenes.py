@@ -111,11 +111,34 @@ def test_renderers_take_edited_scenes():
     renderer = trisect.Renderer(scene, "cpu")
     before = renderer.render().image
     changed = scene.edit({"materials.red.albedo": (0.1, 0.1, 0.9)})
-    renderer.update(changed)
+    told = renderer.update(changed)
+    # An edit of a material writes no mesh.
+    assert told["tree"] == "kept" and set(told["written"]) == {"materials"}
     assert renderer.scene is changed
     after = renderer.render().image
     assert not np.array_equal(before, after)
     assert np.array_equal(after, trisect.Renderer(changed, "cpu").render().image)
+
+
+def test_edits_read_no_file_again(tmp_path):
+    model = tmp_path / "square.obj"
+    model.write_text("v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n")
+    path = tmp_path / "a.ron"
+    path.write_text(
+        "Scene(version: 1, image: (width: 32, height: 32), sky: Uniform(radiance: (1, 1, 1)),"
+        " camera: (look_from: (0, 0, 4), look_at: (0, 0, 0), vertical_fov: 40),"
+        " materials: { \"red\": Lambertian(albedo: (0.8, 0.1, 0.1)) },"
+        " objects: [Mesh(file: \"square.obj\", material: \"red\", name: \"square\")])"
+    )
+    scene = trisect.Scene.load(path)
+    first = scene.edit({"materials.red.albedo": (0.1, 0.1, 0.8)})
+    model.unlink()
+    second = scene.edit({"materials.red.albedo": (0.1, 0.8, 0.1)})
+    for edited, expected in [(scene, (0.8, 0.1, 0.1)), (first, (0.1, 0.1, 0.8)), (second, (0.1, 0.8, 0.1))]:
+        assert np.allclose(color(edited), expected, atol=1e-3)
+        assert edited.objects == ["square"]
+    renamed = second.edit({"objects.square.name": "window"})
+    assert renamed.objects == ["window"] and np.allclose(color(renamed), (0.1, 0.8, 0.1), atol=1e-3)
 
 
 def test_scenes_go_to_other_processes():

@@ -14,7 +14,7 @@ use percent_encoding::percent_decode_str;
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
-use std::rc::Rc;
+use std::sync::Arc;
 
 /// Contents of the buffers.
 #[derive(Debug)]
@@ -29,7 +29,7 @@ pub struct Buffers<'a> {
 enum Content<'a> {
     Chunk(Cow<'a, [u8]>),
     File {
-        bytes: Rc<Vec<u8>>,
+        bytes: Arc<Vec<u8>>,
         length: usize,
     },
     /// A buffer without data, whose views are compressed in others.
@@ -45,7 +45,7 @@ impl<'a> Buffers<'a> {
         files: &mut dyn Files,
         budget: &mut Budget,
     ) -> Result<Self, SceneError> {
-        let mut known: HashMap<&str, Rc<Vec<u8>>> = HashMap::new(); // several buffers may share a file
+        let mut known: HashMap<&str, Arc<Vec<u8>>> = HashMap::new(); // several buffers may share a file
         let mut contents = Vec::with_capacity(root.buffers.len());
         for (index, buffer) in root.buffers.iter().enumerate() {
             let site = SourceLocation::new(name, format!("buffers[{index}]"));
@@ -56,10 +56,10 @@ impl<'a> Buffers<'a> {
             contents.push(match (&buffer.uri, chunk) {
                 (Some(uri), _) => {
                     let bytes = match known.entry(uri) {
-                        Entry::Occupied(entry) => Rc::clone(entry.get()),
+                        Entry::Occupied(entry) => Arc::clone(entry.get()),
                         Entry::Vacant(entry) => {
                             let bytes = read_uri(uri, &site, files, budget)?;
-                            Rc::clone(entry.insert(Rc::new(bytes)))
+                            Arc::clone(entry.insert(Arc::new(bytes)))
                         }
                     };
                     let length = usize::try_from(buffer.byte_length).unwrap_or(usize::MAX);
