@@ -46,7 +46,7 @@ pub use preview::{DisplayAddress, PreviewArgs};
 pub use render::{DEFAULT_OUTPUT, RenderArgs};
 pub use shell::{CompletionsArgs, DoctorArgs, InfoArgs, JsonArgs, LogArgs, ManArgs};
 pub use surroundings::SurroundingsArgs;
-pub use tradeoff::{ConvergeArgs, ReferenceArgs, TradeoffArgs};
+pub use tradeoff::{ConvergeArgs, TradeoffArgs};
 pub use view::ViewArgs;
 
 use clap::{Args, Parser, Subcommand};

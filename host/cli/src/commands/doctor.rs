@@ -1,6 +1,5 @@
 //! `trisect doctor`: tests what works on this machine, and suggests remedies for what does not.
 
-use super::tradeoff::user_cache;
 use crate::cli::DoctorArgs;
 use serde::Serialize;
 use std::fmt::Write;
@@ -15,6 +14,7 @@ use trisect::metrics::{ImageView, compare};
 use trisect::render::{Renderer, Sampler, Settings};
 use trisect::scene::Scene;
 use trisect_lab::Error;
+use trisect_lab::tradeoff::user_cache;
 
 /// State of a part of the machine or the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

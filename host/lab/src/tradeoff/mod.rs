@@ -1,12 +1,13 @@
 //! The trade-off lab measures what each knob that makes rendering faster costs in accuracy.
 //!
-//! A [`Configuration`] is a set of render settings. [`Lab`] renders each configuration with several
-//! seeds and numbers of samples. [`Errors`] separates noise from bias against a [`Reference`].
+//! A [`Configuration`] is a set of render settings. A [`TradeoffPlan`] or a [`ConvergencePlan`] is a
+//! whole measurement. [`Lab`] renders each configuration with several seeds and numbers of samples. [`Errors`] separates noise from bias against a [`Reference`].
 //! [`Tradeoff::write`] writes the report. A [`Supervisor`] can end the measurement; the report then
 //! has what was measured by then. Used by `trisect tradeoff` and `trisect converge`.
 
 mod advice;
 mod bias;
+mod cache;
 mod charts;
 mod command;
 mod configuration;
@@ -21,6 +22,7 @@ mod lab;
 mod measure;
 mod page;
 mod picture;
+mod plan;
 mod point;
 mod points_table;
 mod recommend;
@@ -29,6 +31,7 @@ mod supervisor;
 mod table;
 
 pub use crate::error::TradeoffError;
+pub use cache::{cache_folder, user_cache};
 pub use command::RenderCommand;
 pub use configuration::{Configuration, KNOBS, configurations};
 pub use converge::ConvergencePlan;
@@ -39,6 +42,7 @@ pub use lab::Lab;
 pub use measure::Sweep;
 pub use page::is_output;
 pub use picture::Pictures;
+pub use plan::{ReferenceSource, TradeoffPlan, configurations_of};
 pub use point::{Missing, Point, Purpose, Recommended, Seconds, Slope, Tradeoff, VsBase};
 pub use reference::{Reference, ReferenceInfo, Truth, hash};
 pub use supervisor::{Stop, Supervisor};
