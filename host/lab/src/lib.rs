@@ -1,9 +1,10 @@
 //! Benchmarks with a report, and the trade-off lab, which measures time, noise and bias of each
-//! speed option.
+//! speed option and evaluates images of other renderers.
 
 pub mod bench;
 pub mod comparison;
 mod error;
+pub mod evaluate;
 #[cfg(test)]
 mod fingerprint_tests;
 pub mod page;

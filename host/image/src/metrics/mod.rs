@@ -4,7 +4,10 @@
 mod colour;
 mod convolve;
 pub mod flip;
+mod hdr_flip;
 pub mod srgb;
+
+pub use hdr_flip::hdr_flip;
 
 use rayon::prelude::*;
 use serde::{Serialize, Serializer};

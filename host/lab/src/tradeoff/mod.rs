@@ -31,6 +31,7 @@ mod supervisor;
 mod table;
 
 pub use crate::error::TradeoffError;
+pub(crate) use bias::Bias;
 pub use cache::{cache_folder, user_cache};
 pub use command::RenderCommand;
 pub use configuration::{Configuration, KNOBS, configurations};
@@ -42,10 +43,13 @@ pub use lab::Lab;
 pub use measure::Sweep;
 pub use page::is_output;
 pub use picture::Pictures;
+pub(crate) use plan::flips_of;
 pub use plan::{ReferenceSource, TradeoffPlan, configurations_of};
 pub use point::{Missing, Point, Purpose, Recommended, Seconds, Slope, Tradeoff, VsBase};
 pub use reference::{Reference, ReferenceInfo, Truth, hash};
+pub(crate) use reference::{mean_of, view};
 pub use supervisor::{Stop, Supervisor};
+pub(crate) use table::percent;
 
 /// Minimum number of repetitions (seeds) from which bias can be told from noise.
 pub const MIN_SEEDS: usize = 4;
