@@ -7,8 +7,11 @@ mod error;
 pub mod evaluate;
 #[cfg(test)]
 mod fingerprint_tests;
+pub mod machine;
 pub mod page;
 mod plot;
+#[cfg(feature = "schema")]
+pub mod schema;
 pub mod statistics;
 pub mod tradeoff;
 

@@ -13,6 +13,7 @@ const FORMAT: u32 = 1;
 
 /// Errors and times of one configuration.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Row {
     /// Name of the configuration.
     pub name: String,
@@ -34,6 +35,7 @@ pub struct Row {
 
 /// Description of the reference.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct EvaluationReference {
     /// Number of images.
     pub images: usize,
@@ -44,6 +46,7 @@ pub struct EvaluationReference {
 
 /// Results for the images of one scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Evaluation {
     /// Version of the JSON format.
     pub format: u32,

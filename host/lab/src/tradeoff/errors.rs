@@ -24,6 +24,7 @@ pub const SIGNIFICANCE: f64 = 1e-3;
 
 /// Error of a configuration with one number of samples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Errors {
     /// Repetitions.
     pub seeds: usize,

@@ -82,6 +82,7 @@ impl<'a> Truth<'a> {
 
 /// Description of a reference.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ReferenceInfo {
     /// Hash of the scene, the kernels and the settings that decide the image.
     pub hash: String,
