@@ -68,7 +68,7 @@ fn noise_and_bias_of_two_configurations() {
     assert_eq!(row(&wrong, "all")["errors"]["biased"], true);
 }
 
-/// What cannot be evaluated is named, with a remedy in the words of the program.
+/// Images that cannot be evaluated are named, with a remedy in the words of the program.
 #[test]
 fn what_cannot_be_evaluated() {
     let folder = Temporary::new("evaluate", "bad");

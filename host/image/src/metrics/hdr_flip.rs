@@ -82,8 +82,8 @@ fn shown_value() -> f64 {
     half + (half * half + SHOWN * e / (a - SHOWN * c)).sqrt()
 }
 
-/// Returns the pixels with an exposure in stops, tone mapped and clamped to 0 to 1. NaN and infinity
-/// become NaN.
+/// Returns the pixels with an exposure in stops, tone mapped and clamped to 0 to 1. NaN and
+/// infinity become NaN.
 fn mapped(view: &ImageView, stops: f32) -> Vec<[f32; 3]> {
     let factor = stops.exp2();
     let [a, b, c, d, e] = ACES;
@@ -130,8 +130,8 @@ mod tests {
         hdr_flip(&[view(image)], &view(reference), DEFAULT_PIXELS_PER_DEGREE).unwrap()[0].mean
     }
 
-    /// Sizes, salts and factors of pairs, and the means that flip-evaluator 1.7 from PyPI gives with
-    /// `evaluate(reference, image, "HDR")`.
+    /// Sizes, salts and factors of pairs, and the means that flip-evaluator 1.7 from PyPI gives
+    /// with `evaluate(reference, image, "HDR")`.
     #[test]
     fn means_are_those_of_flip_evaluator() {
         for (size, salt, factor, wanted) in [

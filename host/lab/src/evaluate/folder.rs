@@ -1,5 +1,6 @@
 //! Evaluates the images of a folder: a sub-folder for each configuration, or one configuration.
 
+use super::set::MIN_IMAGES;
 use super::{EvaluateError, Evaluation, ImageSet, ReferenceImages, Row, Times};
 use std::path::{Path, PathBuf};
 use trisect::image::{Image, ImageError};
@@ -29,6 +30,7 @@ pub struct ImageFolder {
 #[derive(Clone, Debug)]
 struct SetFiles {
     name: String,
+    folder: PathBuf,
     images: Vec<PathBuf>,
     /// File of their times, if there is one.
     times: Option<PathBuf>,
@@ -129,7 +131,8 @@ impl Content {
         }
         let mut sets = Vec::new();
         for folder in folders {
-            let images = Self::read(folder)?.images;
+            let mut images = Self::read(folder)?.images;
+            images.retain(|path| !is_reference(&path));
             if images.is_empty() {
                 return Err(EvaluateError::NoImages { path: folder.clone() });
             }
@@ -145,11 +148,15 @@ impl Content {
 impl SetFiles {
     fn new(folder: &Path, images: Vec<PathBuf>) -> Self {
         let times = Some(folder.join(TIMES)).filter(|times| times.exists());
-        Self { name: name_of(folder), images, times }
+        Self { name: name_of(folder), folder: folder.to_owned(), images, times }
     }
 
     fn read(&self) -> Result<ImageSet, EvaluateError> {
         let times = self.times.as_deref().map(Times::read).transpose()?.unwrap_or_default();
+        if self.images.len() < MIN_IMAGES {
+            let (set, count) = (self.folder.display().to_string(), self.images.len());
+            return Err(EvaluateError::TooFew { set, count, least: MIN_IMAGES });
+        }
         let images = read_images(&self.images)?;
         Ok(ImageSet { name: self.name.clone(), images, labels: labels(&self.images), times })
     }

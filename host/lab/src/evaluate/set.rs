@@ -4,7 +4,7 @@ use super::{EvaluateError, Times};
 use trisect::image::Image;
 
 /// Minimum number of images of a configuration.
-const MIN_IMAGES: usize = 2;
+pub(super) const MIN_IMAGES: usize = 2;
 
 /// Images of one configuration of a renderer: one scene and one number of samples, with a seed of
 /// its own for each.

@@ -151,8 +151,8 @@ fn one_reference_image() {
     assert!(found.table().contains("no bias seen"), "{}", found.table());
 }
 
-/// Noise that neighbouring pixels share does not look like a bias of blocks, because the reference's
-/// noise is taken from the means of its images.
+/// Noise that neighbouring pixels share does not look like a bias of blocks, because the noise of
+/// the reference is taken from the means of its images.
 #[test]
 fn shared_noise_is_no_bias() {
     let shared = |first: u32, count: u32, noise: f64| -> Vec<Image> {

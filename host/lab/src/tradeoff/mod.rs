@@ -1,9 +1,10 @@
 //! The trade-off lab measures what each knob that makes rendering faster costs in accuracy.
 //!
-//! A [`Configuration`] is a set of render settings. A [`TradeoffPlan`] or a [`ConvergencePlan`] is a
-//! whole measurement. [`Lab`] renders each configuration with several seeds and numbers of samples. [`Errors`] separates noise from bias against a [`Reference`].
-//! [`Tradeoff::write`] writes the report. A [`Supervisor`] can end the measurement; the report then
-//! has what was measured by then. Used by `trisect tradeoff` and `trisect converge`.
+//! A [`Configuration`] is a set of render settings. A [`TradeoffPlan`] or a [`ConvergencePlan`] is
+//! a whole measurement. [`Lab`] renders each configuration with several seeds and numbers of
+//! samples. [`Errors`] separates noise from bias against a [`Reference`]. [`Tradeoff::write`] writes
+//! the report. A [`Supervisor`] can end the measurement; the report then has what was measured by
+//! then. Used by `trisect tradeoff` and `trisect converge`.
 
 mod advice;
 mod bias;
@@ -19,6 +20,7 @@ mod fit;
 mod front;
 mod gallery;
 mod lab;
+mod means;
 mod measure;
 mod page;
 mod picture;
