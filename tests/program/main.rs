@@ -10,6 +10,7 @@ mod checkpoint;
 mod command_line;
 mod compare_page;
 mod docs;
+mod evaluate;
 mod fallback;
 mod foreign_scenes;
 mod image_files;

@@ -10,6 +10,7 @@ mod checkpointing;
 mod cluster;
 mod crop;
 mod denoise;
+mod evaluate;
 mod goal;
 mod image_file;
 mod job;
@@ -36,6 +37,7 @@ pub use cluster::DistributeArg;
 pub use cluster::{ClusterArgs, RankArgs};
 pub use crop::CropWindow;
 pub use denoise::{DenoiseArg, DenoiseArgs};
+pub use evaluate::EvaluateArgs;
 pub use goal::GoalArgs;
 pub use image_file::{ImageFileArgs, MetadataArg};
 pub use job::JobArgs;
@@ -45,7 +47,7 @@ pub use preview::{DisplayAddress, PreviewArgs};
 pub use render::{DEFAULT_OUTPUT, RenderArgs};
 pub use shell::{CompletionsArgs, DoctorArgs, InfoArgs, JsonArgs, LogArgs, ManArgs};
 pub use surroundings::SurroundingsArgs;
-pub use tradeoff::{ConvergeArgs, ReferenceArgs, TradeoffArgs};
+pub use tradeoff::{ConvergeArgs, TradeoffArgs};
 pub use view::ViewArgs;
 
 use clap::{Args, Parser, Subcommand};
@@ -90,6 +92,9 @@ pub enum Command {
     Converge(ConvergeArgs),
     /// Move through a scene in a window, or with --headless render the same frames without one.
     View(ViewArgs),
+    /// Evaluate images of any renderer against a reference: noise and bias apart, HDR-FLIP, and
+    /// noise at equal time.
+    Evaluate(EvaluateArgs),
     /// Compare two images: RMSE, relMSE, PSNR, FLIP, maximum difference and its pixel.
     Compare(CompareArgs),
     /// List what in a scene exceeds the range that single precision supports, by how much, and

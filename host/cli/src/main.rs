@@ -59,6 +59,7 @@ fn run() -> ExitCode {
         cli::Command::Tradeoff(arguments) => commands::tradeoff::run(&arguments),
         cli::Command::Converge(arguments) => commands::tradeoff::follow(&arguments),
         cli::Command::View(arguments) => commands::dispatch::view(&arguments),
+        cli::Command::Evaluate(arguments) => commands::evaluate::run(&arguments),
         cli::Command::Compare(arguments) => commands::compare::run(&arguments),
         cli::Command::Check(arguments) => commands::check::run(&arguments),
         cli::Command::Info(arguments) => commands::info::run(&arguments),

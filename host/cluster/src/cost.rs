@@ -19,6 +19,7 @@ use trisect::render::{Renderer, Settings};
 
 /// Measured speed of the ranks and the network between them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Machine {
     /// Samples per second of the slowest rank, rendered and read back to the host.
     pub rate: f64,
@@ -53,6 +54,7 @@ impl Machine {
 
 /// Size of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Shape {
     /// Width in pixels.
     pub width: u32,
@@ -75,6 +77,7 @@ impl Shape {
 
 /// Method by which pixels reach the root.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Gather {
     /// From each rank, when it is done.
@@ -91,6 +94,7 @@ pub enum Gather {
 
 /// Predicted time of a frame, in seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Prediction {
     /// Render time of the slowest rank.
     pub render: f64,

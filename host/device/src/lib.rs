@@ -35,6 +35,7 @@ use trisect_shared::features::Features;
 
 /// Kind of a device, which decides how work is divided into submissions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum DeviceKind {
     /// Threads of this machine's CPU.
@@ -47,6 +48,7 @@ pub enum DeviceKind {
 
 /// Description of a device.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DeviceInfo {
     /// `cpu`, `wgpu` or `cuda`.
     pub backend: &'static str,

@@ -8,6 +8,7 @@ use trisect_shared::features::{
 
 /// Math build of the kernels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum MathMode {
@@ -21,6 +22,7 @@ pub enum MathMode {
 
 /// Method of finding the closest hit. The image does not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Traversal {
@@ -43,6 +45,7 @@ const MIN_QUEUE_PRIMITIVES: usize = 32;
 
 /// Assignment of pixels and samples to the lanes of a device. The image does not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Schedule {

@@ -9,6 +9,7 @@ pub const CONFIDENCE: f64 = 0.95;
 
 /// Estimate with the interval that covers the truth in [`CONFIDENCE`] of all cases.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Interval {
     /// Estimate.
     pub value: f64,
@@ -67,6 +68,7 @@ pub fn jackknife_error(without: &[f64]) -> f64 {
 
 /// Result of Welch's test.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Welch {
     /// Difference of the means over its standard error.
     pub t: f64,

@@ -26,6 +26,7 @@ const TILES: RangeInclusive<u32> = 4..=1024;
 
 /// Settings of a render.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Settings {
     /// Pixels across.
     pub width: u32,
@@ -84,6 +85,7 @@ pub struct Settings {
 
 /// Source of random numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Sampler {

@@ -22,6 +22,7 @@ pub const FORMAT: u32 = 1;
 
 /// Wall-clock seconds of each phase of a render.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Phases {
     /// Reading and validating the scene file.
     pub load_seconds: f64,
@@ -47,6 +48,7 @@ pub struct Phases {
 
 /// Statistics of one render.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RenderStats {
     /// Version of the JSON, [`FORMAT`].
     pub format: u32,

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// Reflectance of dielectrics.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Fresnel {
     /// Fresnel's equations.

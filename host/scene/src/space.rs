@@ -29,10 +29,12 @@ const PLANE: std::ops::RangeInclusive<f64> = 1e11..=MAX_MAGNITUDE;
 /// With a power of two as `scale` and no origin, the CPU's image keeps its bits, as long as no
 /// number leaves the range of f32.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Rebase {
     /// Point of the scene that becomes 0, in the scene's units; each coordinate at most 1e18 from
     /// 0.
     #[serde(serialize_with = "triple")]
+    #[cfg_attr(feature = "schema", schemars(with = "[f64; 3]"))]
     pub origin: DVec3,
     /// Factor on all lengths, between 1e-18 and 1e18. A power of two rounds nothing.
     pub scale: f64,

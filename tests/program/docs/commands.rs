@@ -148,6 +148,7 @@ pages! {
     how_to_vary_a_scene: "docs/how-to/vary-a-scene.md",
     how_to_image_files: "docs/how-to/image-files.md",
     how_to_denoise: "docs/how-to/denoise.md",
+    how_to_evaluate: "docs/how-to/evaluate-other-renderers.md",
     how_to_samples_and_budgets: "docs/how-to/samples-and-budgets.md",
     how_to_interrupt_and_resume: "docs/how-to/interrupt-and-resume.md",
     how_to_cluster: "docs/how-to/cluster.md",

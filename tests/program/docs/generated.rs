@@ -12,7 +12,7 @@ use trisect_tests::program::trisect;
 use trisect_tests::root;
 
 /// Compares a page with what it should be, or writes it.
-fn compare(page: &str, wanted: &str) {
+pub(super) fn compare(page: &str, wanted: &str) {
     let path = root().join(page);
     if std::env::var_os("UPDATE_DOCS").is_some() {
         fs::write(&path, wanted).unwrap();

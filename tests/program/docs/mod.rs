@@ -11,6 +11,7 @@ mod generated;
 mod glossary;
 mod layers;
 mod links;
+mod schemas;
 mod words;
 
 use std::fs;

@@ -85,7 +85,13 @@ fn folder(name: &str) -> Temporary {
     write("square.gltf", &square.replace("\"extensionsUsed\":[", variants));
     let pose = "(look_from: (0, 0, 5), look_at: (0, 0, 0), vertical_fov: 30)";
     write("path.ron", &format!("CameraPath(version: 1, keys: [(frame: 0, camera: {pose})])"));
-    for files in ["--output=sky.pfm", "--output=a.png --checkpoint=done.ckpt"] {
+    fs::create_dir(folder.path("seeds")).unwrap();
+    for files in [
+        "--output=sky.pfm",
+        "--output=seeds/1.pfm --seed=1",
+        "--output=seeds/2.pfm --seed=2",
+        "--output=a.png --checkpoint=done.ckpt",
+    ] {
         let words = format!("render a.ron --backend=cpu {files}");
         let output = program(&folder, &split(&words));
         assert!(output.status.success(), "{words}: {}", String::from_utf8_lossy(&output.stderr));

@@ -29,6 +29,7 @@ pub const BASES: &[(&str, &str, &str)] = &[
         "a.ron --backend=cpu --first=1 --last=4 --seeds=4 --knobs=depth --reference-spp=1 --cache=b",
     ),
     ("view", "view", "a.ron --backend=cpu --headless --frames=1"),
+    ("evaluate", "evaluate", "seeds --reference=sky.pfm"),
     ("compare", "compare", "a.png a.png"),
     ("check", "check", "a.ron"),
     ("info", "info", ""),
@@ -229,10 +230,12 @@ pub const TABLE: &str = r#"
                    | tradeoff converge     | . - b.json                    | a.ron
                    | check                 | . - b.json                    | a.ron
                    | compare               | . - b.json                    | a.png
+                   | evaluate              | . - b.json                    | sky.pfm seeds/1.pfm
                    | info                  | . - b.json                    |
                    | doctor                | . b.json                      |
                    | bench view            | . - b.json                    | a.ron
 --html             | compare               | b.html b.HTM                  | a.png b.txt
+--reference        | evaluate              | sky.pfm                       | nosuch.pfm@1~nosuch a.png@1~a.png
 --max-rel-mse      | compare               | 0 1e-3 inf                    | -1 nan 5% x
 --write            | check                 | {n}.ron                       | a.ron~itself b.txt~RON
 
@@ -306,6 +309,9 @@ pub const COMMANDS: &[(&str, i32, &str)] = &[
     ("completions zsh", 0, ""),
     ("check", 2, "<SCENE>"),
     ("check nosuch.ron", 4, "nosuch.ron"),
+    ("evaluate", 2, "<FOLDER>"),
+    ("evaluate seeds", 2, "--reference"),
+    ("evaluate nosuch --reference=sky.pfm", 1, "nosuch"),
     ("compare a.png", 2, "<REFERENCE>"),
     ("compare a.png sky.pfm --max-rel-mse=0", 5, ""),
     ("bench a.ron report", 2, "report"),

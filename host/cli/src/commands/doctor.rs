@@ -1,8 +1,6 @@
 //! `trisect doctor`: tests what works on this machine, and suggests remedies for what does not.
 
-use super::tradeoff::user_cache;
 use crate::cli::DoctorArgs;
-use serde::Serialize;
 use std::fmt::Write;
 use std::io;
 use std::path::Path;
@@ -15,53 +13,26 @@ use trisect::metrics::{ImageView, compare};
 use trisect::render::{Renderer, Sampler, Settings};
 use trisect::scene::Scene;
 use trisect_lab::Error;
+use trisect_lab::machine::{Finding, State};
+use trisect_lab::tradeoff::user_cache;
 
-/// State of a part of the machine or the program.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-enum State {
-    /// Tested, and works.
-    Works,
-    /// Not present; needed only by those who want it.
-    Missing,
-    /// Present, and does not work.
-    Broken,
+fn works(part: &str, says: impl Into<String>) -> Finding {
+    Finding::new(part, State::Works, says, None)
 }
 
-/// Result for one part.
-#[derive(Debug, Serialize)]
-struct Finding {
-    part: String,
-    state: State,
-    says: String,
-    /// Remedy, unless the part works.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    mend: Option<String>,
+fn missing(part: &str, says: impl Into<String>, mend: &str) -> Finding {
+    Finding::new(part, State::Missing, says, Some(mend))
 }
 
-impl Finding {
-    fn new(part: &str, state: State, says: impl Into<String>, mend: Option<&str>) -> Self {
-        Self { part: part.to_owned(), state, says: says.into(), mend: mend.map(str::to_owned) }
-    }
-
-    fn works(part: &str, says: impl Into<String>) -> Self {
-        Self::new(part, State::Works, says, None)
-    }
-
-    fn missing(part: &str, says: impl Into<String>, mend: &str) -> Self {
-        Self::new(part, State::Missing, says, Some(mend))
-    }
-
-    /// Returns the finding for a backend or a device that failed with `error`.
-    fn of(part: &str, error: &Error) -> Self {
-        match error {
-            Error::Render(trisect::Error::Backend(BackendError::Unavailable { reason, remedy, .. })) => {
-                Self::missing(part, reason, remedy)
-            }
-            other => {
-                let mend = "update the graphics driver; until then choose another --backend or --device";
-                Self::new(part, State::Broken, other.to_string(), Some(mend))
-            }
+/// Returns the finding for a backend or a device that failed with `error`.
+fn failed(part: &str, error: &Error) -> Finding {
+    match error {
+        Error::Render(trisect::Error::Backend(BackendError::Unavailable { reason, remedy, .. })) => {
+            missing(part, reason, remedy)
+        }
+        other => {
+            let mend = "update the graphics driver; until then choose another --backend or --device";
+            Finding::new(part, State::Broken, other.to_string(), Some(mend))
         }
     }
 }
@@ -73,7 +44,7 @@ pub fn run(arguments: &DoctorArgs) -> Result<ExitCode, Error> {
     findings.push(processes());
     findings.push(window());
     findings.push(denoiser());
-    findings.push(Finding::works("memory", format!("{} are free", memory::display(memory::available()))));
+    findings.push(works("memory", format!("{} are free", memory::display(memory::available()))));
     findings.push(folder("temporary files", Some(&std::env::temp_dir()), "set TMPDIR to one that can"));
     findings.push(folder(
         "cache",
@@ -126,11 +97,11 @@ fn devices() -> Result<Vec<Finding>, Error> {
                     let part = format!("{name} {}", device.index);
                     findings.push(match render(choice, Some(device.index)) {
                         Ok(film) => judge(&part, &device, &film, &cpu)?,
-                        Err(error) => Finding::of(&part, &error),
+                        Err(error) => failed(&part, &error),
                     });
                 }
             }
-            Err(error) => findings.push(Finding::of(name, &error.into())),
+            Err(error) => findings.push(failed(name, &error.into())),
         }
     }
     Ok(findings)
@@ -141,7 +112,7 @@ fn judge(part: &str, device: &DeviceInfo, film: &Film, cpu: &Film) -> Result<Fin
     let DeviceInfo { name, details, .. } = device;
     if film.pixels == cpu.pixels {
         let says = format!("{name} ({details}): the image is the processor's, bit for bit");
-        return Ok(Finding::works(part, says));
+        return Ok(works(part, says));
     }
     let broken = |says| {
         let mend = "update the graphics driver; until then do not use this device";
@@ -163,7 +134,7 @@ fn judge(part: &str, device: &DeviceInfo, film: &Film, cpu: &Film) -> Result<Fin
     let says =
         format!("{name} ({details}): relMSE to the processor's image {difference:.1e}, noise {noise:.1e}");
     Ok(match difference < noise {
-        true => Finding::works(part, says),
+        true => works(part, says),
         false => broken(says),
     })
 }
@@ -182,24 +153,22 @@ fn rel_noise(film: &Film) -> f64 {
 fn processes() -> Finding {
     if !cfg!(feature = "mpi") {
         let mend = "apt-get install libopenmpi-dev openmpi-bin libclang-dev, then cargo install --path host/cli --features mpi";
-        return Finding::missing("mpi", "not built in: one process", mend);
+        return missing("mpi", "not built in: one process", mend);
     }
     match Command::new("mpirun").arg("--version").output() {
         Ok(output) => {
             let text = String::from_utf8_lossy(&output.stdout);
             let first = text.lines().next().unwrap_or("mpirun is there");
-            Finding::works("mpi", format!("built in; {first}"))
+            works("mpi", format!("built in; {first}"))
         }
-        Err(error) => {
-            Finding::missing("mpi", format!("built in, but mpirun: {error}"), "apt-get install openmpi-bin")
-        }
+        Err(error) => missing("mpi", format!("built in, but mpirun: {error}"), "apt-get install openmpi-bin"),
     }
 }
 
 /// Returns the finding for Open Image Denoise.
 fn denoiser() -> Finding {
     match oidn::describe() {
-        Ok(library) => Finding::works("oidn", library),
+        Ok(library) => works("oidn", library),
         Err(error) => {
             let state = match error {
                 OidnError::NotFound { .. } => State::Missing,
@@ -217,26 +186,26 @@ fn denoiser() -> Finding {
 fn window() -> Finding {
     if !cfg!(feature = "window") {
         let mend = "cargo install --path host/cli --features window; or view --headless";
-        return Finding::missing("window", "not built in", mend);
+        return missing("window", "not built in", mend);
     }
     let named =
         ["WAYLAND_DISPLAY", "DISPLAY"].map(|name| std::env::var(name).is_ok_and(|value| !value.is_empty()));
     if cfg!(target_os = "linux") && named == [false; 2] {
         let mend = "log in at a screen or by ssh -X; or view --headless, which needs none";
-        return Finding::missing("window", "no display: neither WAYLAND_DISPLAY nor DISPLAY is set", mend);
+        return missing("window", "no display: neither WAYLAND_DISPLAY nor DISPLAY is set", mend);
     }
-    Finding::works("window", "a display is named (trisect view)")
+    works("window", "a display is named (trisect view)")
 }
 
 /// Returns the finding for a folder, by writing a temporary file to it. If the folder does not
 /// exist, the file is written to the nearest folder above it, in which it would be created.
 fn folder(part: &str, path: Option<&Path>, mend: &str) -> Finding {
-    let Some(path) = path else { return Finding::missing(part, "there is no home folder", mend) };
+    let Some(path) = path else { return missing(part, "there is no home folder", mend) };
     let present = path.ancestors().find(|folder| folder.exists()).unwrap_or(path);
     let written = tempfile::NamedTempFile::new_in(present)
         .and_then(|mut file| io::Write::write_all(&mut file, b"trisect").and_then(|()| file.close()));
     match written {
-        Ok(()) => Finding::works(part, path.display().to_string()),
+        Ok(()) => works(part, path.display().to_string()),
         Err(error) => Finding::new(part, State::Broken, format!("{}: {error}", path.display()), Some(mend)),
     }
 }

@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use trisect::denoise::oidn;
 use trisect::device::{self, DeviceKind};
 use trisect_lab::Error;
+use trisect_lab::machine::Info;
 
 /// Lists backends and devices, with reason and remedy for a backend that is not available.
 pub fn run(arguments: &InfoArgs) -> Result<ExitCode, Error> {
@@ -15,20 +16,9 @@ pub fn run(arguments: &InfoArgs) -> Result<ExitCode, Error> {
 }
 
 fn json() -> String {
-    let backends = device::list().into_iter().map(|(backend, devices)| match devices {
-        Ok(devices) => serde_json::json!({ "backend": backend, "devices": devices }),
-        Err(error) => {
-            serde_json::json!({ "backend": backend, "devices": [], "missing": error.to_string() })
-        }
-    });
-    let all = serde_json::json!({
-        "version": env!("CARGO_PKG_VERSION"),
-        "backends": backends.collect::<Vec<_>>(),
-        "mpi": cfg!(feature = "mpi"),
-        "window": cfg!(feature = "window"),
-        "oidn": oidn::describe().ok(),
-    });
-    format!("{all:#}\n")
+    let info = Info::new(cfg!(feature = "mpi"), cfg!(feature = "window"));
+    // A value has its keys sorted.
+    format!("{:#}\n", serde_json::to_value(info).unwrap_or_default())
 }
 
 fn text() -> String {

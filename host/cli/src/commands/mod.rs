@@ -14,6 +14,7 @@ mod data;
 pub mod dispatch;
 mod display;
 pub mod doctor;
+pub mod evaluate;
 mod fallback_path;
 mod frames;
 mod given_options;

@@ -4,7 +4,7 @@
 use std::borrow::Cow;
 
 /// Settings whose options have their names.
-const OPTIONS: [&str; 55] = [
+const OPTIONS: [&str; 56] = [
     "allow_outside",
     "aov",
     "background",
@@ -42,6 +42,7 @@ const OPTIONS: [&str; 55] = [
     "max_spp",
     "patience",
     "quality",
+    "reference",
     "resolution",
     "schedule",
     "seed",

@@ -4,7 +4,10 @@
 mod colour;
 mod convolve;
 pub mod flip;
+mod hdr_flip;
 pub mod srgb;
+
+pub use hdr_flip::hdr_flip;
 
 use rayon::prelude::*;
 use serde::{Serialize, Serializer};
@@ -98,6 +101,7 @@ pub enum MetricsError {
 /// finite pixel is left, those figures are NaN. NaN and infinity serialise as
 /// null.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Comparison {
     /// Root mean square difference over pixels and channels, linear.
     #[serde(serialize_with = "finite_or_null")]

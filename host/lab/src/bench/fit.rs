@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// A line `y = intercept + slope x`, fitted by least squares.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Line {
     /// y at x = 0.
     pub intercept: f64,

@@ -2,10 +2,42 @@
 
 use super::{Row, Summary, WarmUp};
 use crate::Error;
+use serde::Serialize;
 use std::time::{Duration, Instant};
 use trisect::denoise::{DenoiseSettings, Kernel};
 use trisect::render::{LiveFrame, Renderer, Settings};
 use trisect::view::FrameTiming;
+
+/// Report of `trisect view --headless`, as its JSON holds it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct ViewReport {
+    /// Version of the JSON format, [`FORMAT`](Self::FORMAT).
+    pub format: u32,
+    /// Version of the program.
+    pub version: String,
+    /// Name of the scene.
+    pub scene: String,
+    /// `cpu`, `wgpu` or `cuda`.
+    pub backend: String,
+    /// Name that the driver gives the device.
+    pub device: String,
+    /// Name of the kernel.
+    pub kernel: String,
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// Number of measured frames.
+    pub frames: usize,
+    /// Measured quantities.
+    pub rows: Vec<Row>,
+}
+
+impl ViewReport {
+    /// Version of the JSON format. It is raised when a field changes its meaning or is removed.
+    pub const FORMAT: u32 = 1;
+}
 
 /// Names, units and values of one frame's rows.
 pub(super) type Values = Vec<(String, &'static str, f64)>;

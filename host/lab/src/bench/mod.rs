@@ -17,7 +17,7 @@ mod summary;
 pub use crate::error::BenchError;
 pub use fit::Line;
 pub use frames::{FirstSubmission, FrameStats, WarmUp, measure};
-pub use live::{measure_live, rows_of_timings};
+pub use live::{ViewReport, measure_live, rows_of_timings};
 pub use oidn::measure_oidn;
 pub use record::{Benchmark, FORMAT, Once, Row, Subject, table};
 pub use spheres::{MAX_COUNT, sphere_scene};

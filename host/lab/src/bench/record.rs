@@ -12,6 +12,7 @@ pub const FORMAT: u32 = 1;
 
 /// Program, scene, device, kernel and settings of a benchmark.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Subject {
     /// Version of the program.
     pub version: String,
@@ -37,6 +38,7 @@ pub struct Subject {
 
 /// Wall-clock seconds of the steps that are done once, before the first frame is complete.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Once {
     /// Reading and validating the scene file.
     pub load_seconds: f64,
@@ -56,6 +58,7 @@ pub struct Once {
 
 /// One measured quantity, summarised over the frames.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Row {
     /// Name of the quantity.
     pub name: String,
@@ -67,6 +70,7 @@ pub struct Row {
 
 /// Result of a benchmark.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Benchmark {
     /// Version of the JSON, [`FORMAT`].
     pub format: u32,

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 /// Order statistics of measurements. They assume no distribution, and an outlier moves the median
 /// and the quartiles little.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Summary {
     /// Number of values.
     pub count: usize,

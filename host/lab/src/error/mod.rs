@@ -1,9 +1,11 @@
 //! Error of benchmarks and of the trade-off lab.
 
 mod bench;
+mod evaluate;
 mod tradeoff;
 
 pub use bench::BenchError;
+pub use evaluate::EvaluateError;
 pub use tradeoff::TradeoffError;
 
 use thiserror::Error as ThisError;
@@ -31,6 +33,9 @@ pub enum Error {
     /// The trade-off lab could not measure, or write its results.
     #[error(transparent)]
     Tradeoff(#[from] TradeoffError),
+    /// Images cannot be evaluated.
+    #[error(transparent)]
+    Evaluate(#[from] EvaluateError),
     /// Ranks cannot render together, or one failed.
     #[error(transparent)]
     Cluster(#[from] ClusterError),
@@ -48,6 +53,7 @@ impl Error {
             )
             | Self::Bench(BenchError::SphereCount { .. } | BenchError::NothingToMeasure) => 2,
             Self::Bench(_) | Self::Tradeoff(_) => 1,
+            Self::Evaluate(error) => error.exit_code(),
             Self::Cluster(error) => error.exit_code(),
             Self::Render(error) => error.exit_code(),
         }

@@ -7,7 +7,7 @@ use std::fmt;
 ///
 /// A bias has a size only if the interval of that size does not contain 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Bias {
+pub(crate) enum Bias {
     /// No bias beyond chance.
     NotSeen,
     /// A significant bias that is smaller than the printed decimals.
@@ -46,7 +46,7 @@ impl fmt::Display for Bias {
 
 impl Errors {
     /// Returns the bias that was seen.
-    pub(super) fn bias(&self) -> Bias {
+    pub(crate) fn bias(&self) -> Bias {
         let size = self.squared_bias.value.max(0.0).sqrt();
         let shows = |share: f64| 100.0 * share.abs() >= MIN_PERCENT;
         let brightness = self.brightness;

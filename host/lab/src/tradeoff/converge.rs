@@ -2,7 +2,8 @@
 //! bias stays. Used by `trisect converge`.
 
 use super::error_curve::{Capture, Convergence, ErrorCurve, MIN_CAPTURES, Pair};
-use super::errors::{self, Errors, Means};
+use super::errors::{self, Errors};
+use super::means::{Means, difference};
 use super::measure::is_missing;
 use super::point::Missing;
 use super::supervisor::{Cancelling, Share, Supervisor, check, was_stopped};
@@ -120,7 +121,7 @@ impl Lab<'_> {
         }
         for a in 0..ends.len() {
             for b in a + 1..ends.len() {
-                let (brightness, p) = errors::difference(&ends[a], &ends[b]);
+                let (brightness, p) = difference(&ends[a], &ends[b]);
                 let differ = p < errors::SIGNIFICANCE;
                 let modes = [found.courses[a].mode.clone(), found.courses[b].mode.clone()];
                 found.pairs.push(Pair { modes, brightness, p, differ });

@@ -17,6 +17,7 @@ pub(super) const MIN_CAPTURES: usize = 3;
 
 /// Errors of the images at one number of samples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Capture {
     /// Samples per pixel.
     pub spp: u32,
@@ -26,6 +27,7 @@ pub struct Capture {
 
 /// Error of a configuration over the number of samples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ErrorCurve {
     /// Name, as returned by [`Configuration::name`](super::Configuration::name).
     pub mode: String,
@@ -42,6 +44,7 @@ pub struct ErrorCurve {
 
 /// Comparison of two configurations without a reference.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Pair {
     /// Names, as returned by [`Configuration::name`](super::Configuration::name).
     pub modes: [String; 2],
@@ -56,6 +59,7 @@ pub struct Pair {
 
 /// Results of a convergence measurement.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Convergence {
     /// Version of the JSON format.
     pub format: u32,

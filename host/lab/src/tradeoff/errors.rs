@@ -2,28 +2,22 @@
 //! noise from the bias that any number of samples would leave. Method:
 //! docs/explanation/noise-and-bias.md.
 
-use super::reference::{Reference, Truth, view};
+use super::means::means;
+use super::reference::{Truth, view};
 use super::supervisor::{Supervisor, check};
 use crate::Error;
-use crate::statistics::{Interval, Welch, jackknife_error, mean_and_error, quantile, sidak, welch};
+use crate::statistics::{Interval, Welch, jackknife_error, mean_and_error, sidak, welch};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use trisect::image::Image;
 use trisect::metrics::{MetricsError, REL_MSE_EPSILON as EPSILON};
-
-/// Minimum edge, in pixels, of the blocks whose means are compared.
-const MIN_BLOCK: u32 = 16;
-
-/// Maximum number of blocks across an image. In smaller blocks with few samples, rare bright paths
-/// are missing from all repetitions at once. The repetitions then agree with each other but not
-/// with the truth, which looks like a bias (docs/notebook/tradeoff-fronts.md).
-const MAX_BLOCKS: u32 = 8;
 
 /// A bias is reported if chance alone would show as much in at most one of a thousand cases.
 pub const SIGNIFICANCE: f64 = 1e-3;
 
 /// Error of a configuration with one number of samples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Errors {
     /// Repetitions.
     pub seeds: usize,
@@ -66,8 +60,8 @@ struct Products {
     relative: Vec<f64>,
     /// For each repetition s: the sum of (x_s − a)(x_s − b).
     plain: Vec<f64>,
-    /// Variance that the reference's noise adds to a sum of relative products.
-    reference: f64,
+    /// Variance that the reference's noise adds to a sum of relative products, and of plain ones.
+    reference: [f64; 2],
     values: f64,
     left_out: usize,
 }
@@ -75,15 +69,15 @@ struct Products {
 impl Products {
     fn new(seeds: usize) -> Self {
         let (relative, plain) = (vec![0.0; seeds * seeds], vec![0.0; seeds]);
-        Self { relative, plain, reference: 0.0, values: 0.0, left_out: 0 }
+        Self { relative, plain, reference: [0.0; 2], values: 0.0, left_out: 0 }
     }
 
-    fn of(images: &[Image], reference: &Reference, pixels: std::ops::Range<usize>) -> Self {
+    fn of(images: &[Image], truth: &Truth, pixels: std::ops::Range<usize>) -> Self {
         let n = images.len();
         let mut sums = Self::new(n);
         let (mut from_a, mut from_b) = (vec![0.0; n], vec![0.0; n]);
         for pixel in pixels {
-            let (a, b) = (reference.halves[0].pixels[pixel], reference.halves[1].pixels[pixel]);
+            let [a, b] = truth.halves.map(|half| half.pixels[pixel]);
             let finite = |value: [f32; 3]| value.iter().all(|v| v.is_finite());
             if ![a, b].into_iter().all(finite) || !images.iter().all(|image| finite(image.pixels[pixel])) {
                 sums.left_out += 1;
@@ -102,9 +96,9 @@ impl Products {
                     let scaled = weight * from_a;
                     row.iter_mut().zip(&from_b).for_each(|(sum, &from_b)| *sum += scaled * from_b);
                 }
-                // The variance of each half is twice that of their mean.
-                let noise = 2.0 * f64::from(reference.variance[pixel][c]) * weight;
-                sums.reference += noise * noise;
+                let noise = reference_noise(f64::from(truth.variance[pixel][c]), &from_a, &from_b);
+                sums.reference[0] += weight * weight * noise;
+                sums.reference[1] += noise;
                 sums.values += 1.0;
             }
         }
@@ -114,11 +108,26 @@ impl Products {
     fn add(mut self, other: &Self) -> Self {
         self.relative.iter_mut().zip(&other.relative).for_each(|(a, b)| *a += b);
         self.plain.iter_mut().zip(&other.plain).for_each(|(a, b)| *a += b);
-        self.reference += other.reference;
+        self.reference.iter_mut().zip(other.reference).for_each(|(a, b)| *a += b);
         self.values += other.values;
         self.left_out += other.left_out;
         self
     }
+}
+
+/// Returns the variance that noise of a reference adds to the mean over repetitions of
+/// (x_s − a)(x_t − b) in a pixel, from the variance of the mean of a and b and the differences x_s − a and x_t −
+/// b. With the errors e and f of a and b, and the bias d, that is the variance of e f − d (e + f).
+fn reference_noise(variance: f64, from_a: &[f64], from_b: &[f64]) -> f64 {
+    if variance == 0.0 {
+        return 0.0;
+    }
+    let n = from_a.len() as f64;
+    let sums = from_a.iter().sum::<f64>() * from_b.iter().sum::<f64>();
+    let own: f64 = from_a.iter().zip(from_b).map(|(a, b)| a * b).sum();
+    let squared_bias = (sums - own) / (n * (n - 1.0));
+    // The variance of each half is twice that of their mean.
+    (2.0 * variance).powi(2) + 4.0 * variance * squared_bias
 }
 
 /// Returns the mean over pairs of different repetitions, without the repetition `without`.
@@ -151,7 +160,7 @@ impl Errors {
         if n < 2 {
             return Err(MetricsError::TooFewImages { count: n });
         }
-        let Truth { reference, image: r, .. } = truth;
+        let r = truth.image;
         for image in images {
             let (size, of) =
                 ((image.width as usize, image.height as usize), (r.width as usize, r.height as usize));
@@ -162,7 +171,7 @@ impl Errors {
         let pixels = r.pixels.len();
         let parts = (0..pixels.div_ceil(1024)).into_par_iter();
         let parts: Vec<Products> =
-            parts.map(|i| Products::of(images, reference, i * 1024..((i + 1) * 1024).min(pixels))).collect();
+            parts.map(|i| Products::of(images, truth, i * 1024..((i + 1) * 1024).min(pixels))).collect();
         let sums = parts.iter().fold(Products::new(n), Products::add);
         let values = sums.values.max(1.0);
         let relative: Vec<f64> = sums.relative.iter().map(|sum| sum / values).collect();
@@ -172,7 +181,12 @@ impl Errors {
         let bias = between(&relative, n, None);
         let leave_out =
             |of: &dyn Fn(Option<usize>) -> f64| -> Vec<f64> { (0..n).map(|s| of(Some(s))).collect() };
-        let of_reference = sums.reference.sqrt() / values;
+        // A squared bias that is negative by chance does not make the reference's part negative.
+        let [of_reference, of_plain] = sums.reference.map(|sum| sum.max(0.0).sqrt() / values);
+        let of_mean = |each: &[f64], reference: f64| {
+            let (mean, error) = mean_and_error(each);
+            Interval::of(mean, error.hypot(reference), freedom)
+        };
         let of_bias = |without| between(&relative, n, without);
         let bias_error = jackknife_error(&leave_out(&of_bias)).hypot(of_reference);
         let of_variance = |without| within(&relative, n, without) - between(&relative, n, without);
@@ -184,10 +198,10 @@ impl Errors {
         let (brightness, means_p) = means(images, truth);
         let errors = Self {
             seeds: n,
-            rel_mse: Interval::of_mean(&each),
+            rel_mse: of_mean(&each, of_reference),
             variance: Interval::of(of_variance(None), variance_error, freedom),
             squared_bias: Interval::of(bias, bias_error, freedom),
-            rmse: Interval::of_mean(&squared).map(|value| value.max(0.0).sqrt()),
+            rmse: of_mean(&squared, of_plain).map(|value| value.max(0.0).sqrt()),
             flip: Interval::of_mean(flips),
             brightness,
             means_p,
@@ -240,112 +254,6 @@ pub(super) fn flips(
     }
     means.truncate(count);
     Ok((means, first))
-}
-
-/// Returns the sum over each block of an image and the number of its finite values, block rows from
-/// the top.
-fn blocks(width: u32, height: u32, value: impl Fn(usize) -> f64 + Sync) -> Vec<(f64, f64)> {
-    let edge = width.max(height).div_ceil(MAX_BLOCKS).max(MIN_BLOCK);
-    let across = width.div_ceil(edge);
-    let of = |block: u32| {
-        let (x, y) = (block % across * edge, block / across * edge);
-        let (mut sum, mut count) = (0.0, 0.0);
-        for y in y..(y + edge).min(height) {
-            for x in x..(x + edge).min(width) {
-                let value = value(y as usize * width as usize + x as usize);
-                if value.is_finite() {
-                    sum += value;
-                    count += 1.0;
-                }
-            }
-        }
-        (sum, count)
-    };
-    (0..across * height.div_ceil(edge)).into_par_iter().map(of).collect()
-}
-
-/// Means of the blocks and of the whole image, for several images in the same order.
-pub(super) struct Means {
-    /// Mean of each block in each image: `blocks[block][image]`.
-    blocks: Vec<Vec<f64>>,
-    whole: Vec<f64>,
-}
-
-impl Means {
-    pub fn of(images: &[Image]) -> Self {
-        let all: Vec<Vec<(f64, f64)>> = images
-            .iter()
-            .map(|image| blocks(image.width, image.height, |pixel| gray(image.pixels[pixel])))
-            .collect();
-        let mean = |(sum, count): (f64, f64)| sum / count.max(1.0);
-        let count = all.first().map_or(0, Vec::len);
-        Self {
-            blocks: (0..count).map(|block| all.iter().map(|of| mean(of[block])).collect()).collect(),
-            whole: all.iter().map(|of| mean(total(of))).collect(),
-        }
-    }
-}
-
-/// Returns the mean of a pixel's channels. They share paths, so they count as one value.
-fn gray(value: [f32; 3]) -> f64 {
-    value.iter().map(|&v| f64::from(v)).sum::<f64>() / 3.0
-}
-
-fn total(blocks: &[(f64, f64)]) -> (f64, f64) {
-    blocks.iter().fold((0.0, 0.0), |all, one| (all.0 + one.0, all.1 + one.1))
-}
-
-/// Mean, standard error and degrees of freedom.
-type Measured = (f64, f64, f64);
-
-fn measured(values: &[f64]) -> Measured {
-    let (mean, error) = mean_and_error(values);
-    (mean, error, values.len() as f64 - 1.0)
-}
-
-/// Returns Welch's test of two means. Differences within the rounding of f32 sums (1e-6 of the
-/// larger mean) count as none.
-fn test(a: Measured, b: Measured) -> Welch {
-    let rounding = 1e-6 * a.0.abs().max(b.0.abs());
-    let off = a.0 - b.0;
-    let a_mean = if off.abs() <= rounding { b.0 } else { a.0 - rounding * off.signum() };
-    welch((a_mean, a.1, a.2), b)
-}
-
-/// Returns the relative difference of two means of the whole image, and the probability that they
-/// and the blocks' means differ at least as much by chance.
-fn compare(whole: (Measured, Measured), of_blocks: Vec<f64>) -> (Interval, f64) {
-    let (a, b) = whole;
-    let found = test(a, b);
-    let least = of_blocks.iter().copied().fold(1.0, f64::min);
-    let p = sidak(found.p.min(sidak(least, of_blocks.len())), 2);
-    let scale = b.0.abs().max(1e-300);
-    let half = quantile(crate::statistics::CONFIDENCE, found.freedom.max(1.0)) * a.1.hypot(b.1) / scale;
-    let value = (a.0 - b.0) / scale;
-    (Interval { value, low: value - half, high: value + half }, p)
-}
-
-/// Returns the relative difference of the image's mean from the reference's, and the probability
-/// that the means of image and blocks differ at least as much without a bias.
-fn means(images: &[Image], truth: &Truth) -> (Interval, f64) {
-    let own = Means::of(images);
-    let Truth { reference, image: r, .. } = truth;
-    let of_reference = blocks(r.width, r.height, |pixel| gray(r.pixels[pixel]));
-    let noise = blocks(r.width, r.height, |pixel| gray(reference.variance[pixel]));
-    let known = |(sum, count): (f64, f64), variance: f64| {
-        let count = count.max(1.0);
-        (sum / count, variance.max(0.0).sqrt() / count, f64::INFINITY)
-    };
-    let each = own.blocks.iter().zip(of_reference.iter().zip(&noise));
-    let of_blocks = each.map(|(own, (&block, noise))| test(measured(own), known(block, noise.0)).p).collect();
-    compare((measured(&own.whole), known(total(&of_reference), total(&noise).0)), of_blocks)
-}
-
-/// Returns the relative difference of the mean over all pixels between two configurations, and the
-/// probability that means differ at least as much if both converge to one image.
-pub(super) fn difference(a: &Means, b: &Means) -> (Interval, f64) {
-    let of_blocks = a.blocks.iter().zip(&b.blocks).map(|(a, b)| test(measured(a), measured(b)).p).collect();
-    compare((measured(&a.whole), measured(&b.whole)), of_blocks)
 }
 
 #[cfg(test)]

@@ -1,12 +1,14 @@
 //! The trade-off lab measures what each knob that makes rendering faster costs in accuracy.
 //!
-//! A [`Configuration`] is a set of render settings. [`Lab`] renders each configuration with several
-//! seeds and numbers of samples. [`Errors`] separates noise from bias against a [`Reference`].
-//! [`Tradeoff::write`] writes the report. A [`Supervisor`] can end the measurement; the report then
-//! has what was measured by then. Used by `trisect tradeoff` and `trisect converge`.
+//! A [`Configuration`] is a set of render settings. A [`TradeoffPlan`] or a [`ConvergencePlan`] is
+//! a whole measurement. [`Lab`] renders each configuration with several seeds and numbers of
+//! samples. [`Errors`] separates noise from bias against a [`Reference`]. [`Tradeoff::write`] writes
+//! the report. A [`Supervisor`] can end the measurement; the report then has what was measured by
+//! then. Used by `trisect tradeoff` and `trisect converge`.
 
 mod advice;
 mod bias;
+mod cache;
 mod charts;
 mod command;
 mod configuration;
@@ -18,9 +20,11 @@ mod fit;
 mod front;
 mod gallery;
 mod lab;
+mod means;
 mod measure;
 mod page;
 mod picture;
+mod plan;
 mod point;
 mod points_table;
 mod recommend;
@@ -29,6 +33,8 @@ mod supervisor;
 mod table;
 
 pub use crate::error::TradeoffError;
+pub(crate) use bias::Bias;
+pub use cache::{cache_folder, user_cache};
 pub use command::RenderCommand;
 pub use configuration::{Configuration, KNOBS, configurations};
 pub use converge::ConvergencePlan;
@@ -39,9 +45,13 @@ pub use lab::Lab;
 pub use measure::Sweep;
 pub use page::is_output;
 pub use picture::Pictures;
+pub(crate) use plan::flips_of;
+pub use plan::{ReferenceSource, TradeoffPlan, configurations_of};
 pub use point::{Missing, Point, Purpose, Recommended, Seconds, Slope, Tradeoff, VsBase};
 pub use reference::{Reference, ReferenceInfo, Truth, hash};
+pub(crate) use reference::{mean_of, view};
 pub use supervisor::{Stop, Supervisor};
+pub(crate) use table::percent;
 
 /// Minimum number of repetitions (seeds) from which bias can be told from noise.
 pub const MIN_SEEDS: usize = 4;

@@ -18,6 +18,7 @@ pub const FORMAT: u32 = 1;
 
 /// Wall-clock seconds of a render, over its repetitions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Seconds {
     /// Summary of `each`.
     pub all: Summary,
@@ -34,6 +35,7 @@ pub struct Seconds {
 
 /// Comparison of a point with the base at the same number of samples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct VsBase {
     /// Time over the base's time.
     pub time: f64,
@@ -52,6 +54,7 @@ pub struct VsBase {
 
 /// Measurement of one configuration with one number of samples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Point {
     /// Knob, as in [`Configuration::knob`](super::Configuration::knob).
     pub knob: String,
@@ -80,6 +83,7 @@ pub struct Point {
 
 /// Purpose of a recommended point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Purpose {
     /// An image soon.
@@ -92,6 +96,7 @@ pub enum Purpose {
 
 /// Point that is recommended for this scene on this device.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Recommended {
     /// Purpose.
     pub purpose: Purpose,
@@ -105,6 +110,7 @@ pub struct Recommended {
 
 /// Slope of a configuration's error over time and over samples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Slope {
     /// Knob, as in [`Point::knob`].
     pub knob: String,
@@ -118,6 +124,7 @@ pub struct Slope {
 
 /// A configuration, or numbers of samples of it, that was not measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Missing {
     /// Knob, as in [`Point::knob`].
     pub knob: String,
@@ -129,6 +136,7 @@ pub struct Missing {
 
 /// Results for one scene on one device.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Tradeoff {
     /// Version of the JSON format.
     pub format: u32,

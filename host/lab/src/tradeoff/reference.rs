@@ -38,10 +38,16 @@ pub struct Reference {
 
 /// A reference, with data derived from it once for the comparison with many images.
 pub struct Truth<'a> {
-    /// The reference, with its noise.
-    pub reference: &'a Reference,
+    /// Two images of disjoint samples, or the same image twice if its noise is unknown.
+    pub halves: [&'a Image; 2],
+    /// Variance of the mean of both halves, by pixel and channel; 0 if it is unknown.
+    pub variance: &'a [[f32; 3]],
     /// Mean of both halves.
     pub image: &'a Image,
+    /// Independent images whose mean the reference is; empty if there are none. The tests of block
+    /// means take the noise of the reference from them, so that they hold even if the noise of
+    /// neighbouring pixels is not independent.
+    pub repetitions: &'a [Image],
     /// The mean image as prepared for FLIP.
     pub seen: FlipReference<'a>,
 }
@@ -53,13 +59,30 @@ impl<'a> Truth<'a> {
     ///
     /// [`MetricsError`] for an image without pixels.
     pub fn new(reference: &'a Reference, image: &'a Image) -> Result<Self, MetricsError> {
+        let Reference { halves: [a, b], variance, .. } = reference;
+        Self::of_halves([a, b], variance, image, &[])
+    }
+
+    /// Prepares two halves, with the variance of their mean, that mean, and the
+    /// [repetitions](Self::repetitions) that they were made of.
+    ///
+    /// # Errors
+    ///
+    /// [`MetricsError`] for an image without pixels.
+    pub fn of_halves(
+        halves: [&'a Image; 2],
+        variance: &'a [[f32; 3]],
+        image: &'a Image,
+        repetitions: &'a [Image],
+    ) -> Result<Self, MetricsError> {
         let seen = FlipReference::new(&view(image), DEFAULT_PIXELS_PER_DEGREE)?;
-        Ok(Self { reference, image, seen })
+        Ok(Self { halves, variance, image, repetitions, seen })
     }
 }
 
 /// Description of a reference.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ReferenceInfo {
     /// Hash of the scene, the kernels and the settings that decide the image.
     pub hash: String,
@@ -151,9 +174,7 @@ impl Reference {
     /// Returns the mean of both halves.
     pub fn image(&self) -> Image {
         let [a, b] = &self.halves;
-        let pixels = a.pixels.par_iter().zip(&b.pixels);
-        let pixels = pixels.map(|(a, b)| std::array::from_fn(|c| 0.5 * (a[c] + b[c]))).collect();
-        Image { width: a.width, height: a.height, pixels }
+        mean_of(a, b)
     }
 
     /// Returns the path of the file for a reference with this hash.
@@ -231,7 +252,14 @@ impl Reference {
     }
 }
 
+/// Returns the mean of two images of one size.
+pub(crate) fn mean_of(a: &Image, b: &Image) -> Image {
+    let pixels = a.pixels.par_iter().zip(&b.pixels);
+    let pixels = pixels.map(|(a, b)| std::array::from_fn(|c| 0.5 * (a[c] + b[c]))).collect();
+    Image { width: a.width, height: a.height, pixels }
+}
+
 /// Returns an image as FLIP reads it.
-pub(super) fn view(image: &Image) -> ImageView<'_> {
+pub(crate) fn view(image: &Image) -> ImageView<'_> {
     ImageView { width: image.width as usize, height: image.height as usize, pixels: &image.pixels }
 }

@@ -9,6 +9,7 @@ use trisect::render::RenderObserver;
 
 /// Reason why a measurement ended before all of it was done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Stop {
     /// Its time limit was reached.

@@ -6,7 +6,8 @@ use super::point::{Point, Tradeoff};
 use super::reference::ReferenceInfo;
 use crate::statistics::Interval;
 
-fn percent(interval: Interval) -> String {
+/// Returns the root of an interval of squared shares, in percent.
+pub(crate) fn percent(interval: Interval) -> String {
     let root = interval.map(|value| 100.0 * value.max(0.0).sqrt());
     format!("{:.3} % ({:.3} to {:.3})", root.value, root.low, root.high)
 }

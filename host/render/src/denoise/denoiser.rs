@@ -69,6 +69,23 @@ impl From<&Self> for Denoiser {
     }
 }
 
+#[cfg(feature = "schema")]
+impl schemars::JsonSchema for Denoiser {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Denoiser".into()
+    }
+
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        let filter = generator.subschema_for::<DenoiseSettings>();
+        let oidn = schemars::json_schema!({
+            "type": "object",
+            "properties": { "filter": { "const": "oidn" } },
+            "required": ["filter"]
+        });
+        schemars::json_schema!({ "anyOf": [filter, oidn] })
+    }
+}
+
 /// Serialises a filter as its settings, and Open Image Denoise as `{"filter": "oidn"}`.
 impl Serialize for Denoiser {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {

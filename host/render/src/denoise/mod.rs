@@ -33,6 +33,7 @@ pub const LEVELS: RangeInclusive<u32> = 1..=10;
 
 /// Filter of the denoiser. The filters differ in how they separate noise from edges of the light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Filter {
     /// À-trous filter with a fixed maximum difference of colours, halved from level to level
@@ -47,6 +48,7 @@ pub enum Filter {
 /// neighbour at this distance keeps a quarter of its weight, and none beyond 1.4 times that.
 /// With 0 only equal neighbours count, with infinity all.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DenoiseSettings {
     /// Filter.
     pub filter: Filter,
@@ -56,13 +58,16 @@ pub struct DenoiseSettings {
     /// Distance of the colour, which is reflected radiance over albedo: absolute
     /// ([`Filter::Atrous`], first level), or in standard deviations ([`Filter::Svgf`]).
     #[serde(serialize_with = "number_or_inf")]
+    #[cfg_attr(feature = "schema", schemars(schema_with = "number_or_inf_schema"))]
     pub color: f32,
     /// Angle between the normals, in degrees.
     #[serde(serialize_with = "number_or_inf")]
+    #[cfg_attr(feature = "schema", schemars(schema_with = "number_or_inf_schema"))]
     pub normal: f32,
     /// Distance from the tangent plane, relative to the depth; in a parallel projection, relative
     /// to the height of the view.
     #[serde(serialize_with = "number_or_inf")]
+    #[cfg_attr(feature = "schema", schemars(schema_with = "number_or_inf_schema"))]
     pub depth: f32,
 }
 
@@ -114,6 +119,12 @@ impl DenoiseSettings {
 /// Serialises a number, or "inf", because JSON has no infinity.
 fn number_or_inf<S: serde::Serializer>(value: &f32, serializer: S) -> Result<S::Ok, S::Error> {
     if value.is_finite() { serializer.serialize_f32(*value) } else { serializer.serialize_str("inf") }
+}
+
+/// Returns the schema of a number, or "inf".
+#[cfg(feature = "schema")]
+fn number_or_inf_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+    schemars::json_schema!({ "anyOf": [{ "type": "number" }, { "const": "inf" }] })
 }
 
 /// Returns the factor of a squared distance in edge stopping, in range for the kernels: 0.5 over

@@ -6,6 +6,7 @@ use trisect_shared::totals::{AOV_TOTAL_WORDS, TOTAL_WORDS};
 
 /// Place where the chunks of a film add up. The film has the same bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Summation {

@@ -10,6 +10,7 @@ use trisect_shared::camera::Camera;
 
 /// Place of an image in a larger one, of which it is a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Crop {
     /// Column of the larger image at the part's left edge.
     pub x: u32,

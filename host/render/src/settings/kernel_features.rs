@@ -56,6 +56,17 @@ impl Serialize for KernelFeatures {
     }
 }
 
+#[cfg(feature = "schema")]
+impl schemars::JsonSchema for KernelFeatures {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "KernelFeatures".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({ "type": "string" })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// Mode of dividing an image among ranks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum DistributionMode {
     /// Each rank renders all samples of some rows.
@@ -15,6 +16,7 @@ pub enum DistributionMode {
 
 /// Balance of the rows among ranks, in mode `Rows`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Balance {
@@ -26,6 +28,7 @@ pub enum Balance {
 
 /// Assignment of an image to ranks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ClusterPlan {
     /// Division by rows or by samples.
     pub mode: DistributionMode,
@@ -58,6 +61,7 @@ impl ClusterPlan {
 /// Times and bytes of one rank. Its start is when it begins to render the image, after the
 /// handshake.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RankReport {
     /// The rank.
     pub rank: u32,
@@ -86,6 +90,7 @@ pub struct RankReport {
 
 /// Report of a render over several ranks.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ClusterReport {
     /// Assignment of the work to ranks.
     pub plan: ClusterPlan,

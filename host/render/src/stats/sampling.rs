@@ -7,6 +7,7 @@ use std::time::Duration;
 
 /// Noise of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Noise {
     /// Root of the estimated relMSE: of the mean over pixels and channels of variance / (mean² +
     /// 0.01).
@@ -28,6 +29,7 @@ pub struct GoalProgress {
 
 /// Trial of a sampling strategy on some rows.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Trial {
     /// Strategy, in words.
     pub way: String,
@@ -44,6 +46,7 @@ pub struct Trial {
 
 /// Expected effect of the denoiser, from the two halves of the image during the render.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct FilterTrial {
     /// Expected root of the relMSE at the end, denoised.
     pub filtered: f64,
@@ -53,6 +56,7 @@ pub struct FilterTrial {
 
 /// Report of how the samples were taken, and of the error to expect.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Sampling {
     /// Kind of the goal: `error` or `time`.
     pub goal: &'static str,
@@ -90,6 +94,7 @@ pub struct Sampling {
 
 /// Strategy of sampling and denoising.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Strategy {
     /// Sampler.
     pub sampler: Sampler,

@@ -12,21 +12,26 @@ const SURROUNDINGS: f64 = 64.0;
 
 /// Extent of a scene, in its own units.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Extent {
     /// Minimum corner of the bounding box of everything except planes; `None` for an empty scene.
     #[serde(serialize_with = "optional")]
+    #[cfg_attr(feature = "schema", schemars(with = "Option<[f64; 3]>"))]
     pub low: Option<DVec3>,
     /// Maximum corner of that box.
     #[serde(serialize_with = "optional")]
+    #[cfg_attr(feature = "schema", schemars(with = "Option<[f64; 3]>"))]
     pub high: Option<DVec3>,
     /// Centre of the box around what matters: everything except planes and surroundings (shapes and
     /// meshes more than 64 times as large as the median one).
     #[serde(serialize_with = "triple")]
+    #[cfg_attr(feature = "schema", schemars(with = "[f64; 3]"))]
     pub center: DVec3,
     /// Half the longest side of that box.
     pub radius: f64,
     /// Position of the camera.
     #[serde(serialize_with = "optional")]
+    #[cfg_attr(feature = "schema", schemars(with = "Option<[f64; 3]>"))]
     pub eye: Option<DVec3>,
 }
 

@@ -5,6 +5,7 @@ use std::fmt;
 
 /// Kind of a limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Limit {
     /// A primitive is too small for its distance from the origin: its position is rounded.
@@ -49,6 +50,7 @@ impl Limit {
 
 /// Severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Severity {
     /// The error may be visible: `trisect check` has exit code 6, and a render warns.
@@ -59,6 +61,7 @@ pub enum Severity {
 
 /// Numbers of triangles of a mesh that a finding affects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Triangles {
     /// Triangles outside the supported range.
     pub outside: usize,
@@ -68,6 +71,7 @@ pub struct Triangles {
 
 /// Bound of the supported range.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Supported {
     /// Maximum.
@@ -78,6 +82,7 @@ pub enum Supported {
 
 /// Quantity that an error is relative to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Unit {
     /// Size of the smaller primitive.
@@ -100,6 +105,7 @@ pub enum Unit {
 
 /// Predicted error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Predicted {
     /// Error relative to the unit; 1 if all of it may be wrong. For pixels, their number. The root
     /// mean square of measured errors is within a factor of 4 of it.
@@ -143,6 +149,7 @@ impl fmt::Display for Predicted {
 
 /// Something outside the supported range.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Finding {
     /// Kind of the limit.
     pub limit: Limit,

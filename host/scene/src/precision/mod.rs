@@ -48,6 +48,7 @@ const FORMAT: u32 = 1;
 
 /// Findings of a scene.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Report {
     /// Version of the record's format.
     pub format: u32,

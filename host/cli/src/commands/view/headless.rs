@@ -3,7 +3,6 @@
 
 use super::super::{Session, data};
 use crate::cli::ViewArgs;
-use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use trisect::image::ImageError;
@@ -13,28 +12,10 @@ use trisect::render::Renderer;
 use trisect::scene::{CameraPose, SceneError};
 use trisect::view::{CameraPath, FrameTiming, Pace, ViewOptions, Viewer};
 use trisect_lab::Error;
-use trisect_lab::bench::{BenchError, Row, rows_of_timings, table};
+use trisect_lab::bench::{BenchError, Row, ViewReport, rows_of_timings, table};
 
 /// Number of frames without `--camera-path` and `--frames`.
 const FRAMES: u32 = 10;
-
-/// Version of the JSON format.
-const FORMAT: u32 = 1;
-
-/// JSON that `--json` writes.
-#[derive(Serialize)]
-struct Report<'a> {
-    format: u32,
-    version: &'a str,
-    scene: &'a str,
-    backend: &'a str,
-    device: &'a str,
-    kernel: &'a str,
-    width: u32,
-    height: u32,
-    frames: usize,
-    rows: &'a [Row],
-}
 
 /// Checks before the first frame that all outputs can be written, and returns them.
 pub fn check(arguments: &ViewArgs) -> Result<Outputs, Error> {
@@ -135,10 +116,18 @@ pub fn report(
 ) -> Result<(), Error> {
     let Some(path) = &arguments.json else { return Ok(()) };
     let device = renderer.device().info();
-    let version = env!("CARGO_PKG_VERSION");
-    let (backend, device) = (device.backend, device.name.as_str());
-    let report =
-        Report { format: FORMAT, version, scene, backend, device, kernel, width, height, frames, rows };
+    let report = ViewReport {
+        format: ViewReport::FORMAT,
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        scene: scene.to_owned(),
+        backend: device.backend.to_owned(),
+        device: device.name.clone(),
+        kernel: kernel.to_owned(),
+        width,
+        height,
+        frames,
+        rows: rows.to_vec(),
+    };
     let text = serde_json::to_string_pretty(&report)
         .map_err(|error| BenchError::Encode { path: path.clone(), message: error.to_string() })?;
     data::write(path, &text)

@@ -15,6 +15,7 @@ use trisect_cluster::{
 
 /// Source of the pixels beyond a rank's rows that the denoiser reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum BorderSource {
     /// Each rank also renders the rows around its own that the filter reads, and filters its own
@@ -26,6 +27,7 @@ pub enum BorderSource {
 
 /// Measurement of denoised frames of one sample per pixel.
 #[derive(Clone, Copy, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Denoised {
     /// Number of ranks.
     pub ranks: u32,

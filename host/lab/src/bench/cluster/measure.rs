@@ -16,6 +16,7 @@ use trisect_cluster::{
 
 /// Method of assembling pixels from all ranks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum GatherMethod {
@@ -39,6 +40,7 @@ impl GatherMethod {
 
 /// Mean seconds of a frame or an image.
 #[derive(Clone, Copy, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Point {
     /// From one frame to the next on the root.
     pub frame: f64,
@@ -74,6 +76,7 @@ impl Point {
 
 /// Frames distributed by rows, with one number of samples.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RowFrames {
     /// Samples per pixel.
     pub spp: u32,
@@ -117,6 +120,7 @@ impl RowFrames {
 
 /// Measurement of an averaged image.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Average {
     /// Number of ranks.
     pub ranks: u32,
@@ -153,6 +157,7 @@ impl Average {
 
 /// Noise of an averaged image.
 #[derive(Clone, Copy, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Noise {
     /// Number of ranks.
     pub ranks: u32,

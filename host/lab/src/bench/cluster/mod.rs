@@ -49,6 +49,7 @@ pub struct ClusterBenchPlan {
 
 /// Results of the measurement, on the root.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ClusterBench {
     format: u32,
     version: &'static str,

@@ -15,6 +15,7 @@ use trisect::scene::Scene;
 
 /// Time of each method against the number of spheres.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Complexity {
     /// Program, device and settings.
     pub conditions: Conditions,
@@ -28,6 +29,7 @@ pub struct Complexity {
 
 /// Time of a method on a scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct MethodPoint {
     /// Name of the method.
     pub method: String,
@@ -51,6 +53,7 @@ pub struct MethodPoint {
 
 /// A point that was not measured.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LeftOut {
     /// Name of the method.
     pub method: String,
@@ -62,6 +65,7 @@ pub struct LeftOut {
 
 /// Growth of a method's cost with the number of spheres.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Cost {
     /// Name of the method.
     pub method: String,

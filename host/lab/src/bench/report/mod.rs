@@ -32,6 +32,7 @@ pub const FORMAT: u32 = 1;
 
 /// Program, device and settings of an experiment.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Conditions {
     /// Version of the JSON, [`FORMAT`].
     pub format: u32,
@@ -85,6 +86,7 @@ impl Conditions {
 
 /// Results of all experiments.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Report {
     /// Time against samples per pixel.
     pub spp: Spp,

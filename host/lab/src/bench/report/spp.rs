@@ -11,6 +11,7 @@ use trisect::render::Settings;
 
 /// Time of a frame against samples per pixel.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Spp {
     /// Program, device and settings.
     pub conditions: Conditions,
@@ -26,6 +27,7 @@ pub struct Spp {
 
 /// Time of a frame with one number of samples per pixel.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SppPoint {
     /// Samples per pixel.
     pub samples: u32,

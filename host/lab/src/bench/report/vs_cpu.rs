@@ -14,6 +14,7 @@ use trisect::scene::{Rebase, Scene, SceneDocument};
 
 /// Speed of the device against one thread of the CPU.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct VsCpu {
     /// Program, device and settings.
     pub conditions: Conditions,
@@ -27,6 +28,7 @@ pub struct VsCpu {
 
 /// Times of a scene on both devices.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct VsCpuPoint {
     /// Name of the scene.
     pub scene: String,

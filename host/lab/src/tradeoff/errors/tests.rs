@@ -1,5 +1,7 @@
 //! Tests the lab on images whose truth is known.
 
+use super::super::Reference;
+use super::super::means::{Means, difference};
 use super::*;
 use trisect_shared::math::unit_f32;
 use trisect_shared::rng::PathKey;

@@ -1,0 +1,70 @@
+//! Results of an evaluation as a table for people.
+
+use super::result::{Evaluation, Row};
+use crate::statistics::Interval;
+use crate::tradeoff::{Bias, percent};
+use std::fmt::Write;
+
+/// Headings of the columns.
+const COLUMNS: [&str; 8] =
+    ["configuration", "images", "seconds", "error", "noise", "bias", "HDR-FLIP", "noise at 1 s"];
+
+impl Evaluation {
+    /// Returns the results as a table with a line on the reference.
+    pub fn table(&self) -> String {
+        let mut text = match self.reference.error {
+            Some(error) => format!(
+                "reference: {} images, own error {:.3} %, which the figures do not contain\n",
+                self.reference.images,
+                100.0 * error
+            ),
+            None => {
+                "reference: one image, whose own noise is unknown; error and difference contain it\n".into()
+            }
+        };
+        let is_known = self.reference.error.is_some();
+        let mut columns = COLUMNS.map(str::to_owned);
+        if !is_known {
+            columns[5] = "difference".to_owned();
+        }
+        let rows: Vec<[String; 8]> =
+            [columns].into_iter().chain(self.rows.iter().map(|row| row.cells(is_known))).collect();
+        let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+        let widths: [usize; 8] = std::array::from_fn(width);
+        for row in &rows {
+            let mut line = String::new();
+            for (cell, width) in row.iter().zip(widths) {
+                let _ = write!(line, "{cell:width$}  ");
+            }
+            text += line.trim_end();
+            text.push('\n');
+        }
+        text
+    }
+}
+
+impl Row {
+    fn cells(&self, is_known: bool) -> [String; 8] {
+        let errors = &self.errors;
+        let bias = match errors.bias() {
+            Bias::NotSeen if !is_known => "not seen".to_owned(),
+            bias if !is_known => bias.to_string().replacen("bias ", "", 1),
+            bias => bias.to_string(),
+        };
+        let nothing = || "-".to_owned();
+        let at_one_second = |noise: Interval| {
+            let [value, low, high] = [noise.value, noise.low, noise.high].map(|share| 100.0 * share);
+            format!("{value:.3} % ({low:.3} to {high:.3})")
+        };
+        [
+            self.name.clone(),
+            errors.seeds.to_string(),
+            self.seconds.map_or_else(nothing, |seconds| format!("{:.3}", seconds.median)),
+            percent(errors.rel_mse),
+            percent(errors.variance),
+            bias,
+            format!("{:.4}", self.hdr_flip.value),
+            self.noise_at_one_second.map_or_else(nothing, at_one_second),
+        ]
+    }
+}
