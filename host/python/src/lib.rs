@@ -6,6 +6,7 @@
 mod array;
 mod compare;
 mod error;
+mod evaluate;
 mod film;
 mod frame;
 mod layers;
@@ -24,6 +25,8 @@ use pyo3::prelude::*;
 mod _trisect {
     #[pymodule_export]
     use super::compare::{compare, read_image};
+    #[pymodule_export]
+    use super::evaluate::evaluate;
     #[pymodule_export]
     use super::film::Film;
     #[pymodule_export]

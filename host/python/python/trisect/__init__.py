@@ -27,6 +27,7 @@ from ._trisect import (
     __version__,
     compare,
     devices,
+    evaluate,
     read_image,
 )
 from .errors import (
@@ -38,6 +39,7 @@ from .errors import (
     FilmError,
     ForkError,
     ImageError,
+    LabError,
     MetricsError,
     RenderInterrupted,
     SceneError,
@@ -98,6 +100,7 @@ __all__ = [
     "Disc",
     "Emissive",
     "errors",
+    "evaluate",
     "Film",
     "FilmError",
     "ForkError",
@@ -108,6 +111,7 @@ __all__ = [
     "ImageError",
     "Interface",
     "Ior",
+    "LabError",
     "Lambertian",
     "Medium",
     "Mesh",

@@ -73,6 +73,10 @@ class FilmError(TrisectError, ValueError):
     """Films do not belong together."""
 
 
+class LabError(TrisectError, ValueError):
+    """Images cannot be evaluated."""
+
+
 class CheckpointError(TrisectError):
     """A checkpoint cannot be read, written or used."""
 

@@ -1,0 +1,70 @@
+"""Noise and bias of images of any renderer."""
+
+import numpy as np
+import pytest
+
+import trisect
+
+
+def noisy(truth, sigma, count, random, bias=0.0):
+    noise = random.normal(0, sigma, (count, *truth.shape))
+    return [(truth + bias + one).astype(np.float32) for one in noise]
+
+
+@pytest.fixture
+def truth():
+    return np.random.default_rng(7).uniform(0.5, 2, (24, 32, 3))
+
+
+def test_intervals_hold_the_bias(truth):
+    """Over 100 repetitions, the interval of the squared bias holds 0 where there is none, and the
+    bias where there is one."""
+    random = np.random.default_rng(3)
+    held = {0.0: 0, 0.05: 0}
+    for bias in held:
+        relative = np.mean(bias**2 / (truth**2 + 0.01))
+        for _ in range(100):
+            reference = noisy(truth, 0.05, 4, random)
+            errors = trisect.evaluate(noisy(truth, 0.2, 6, random, bias), reference)["rows"][0]["errors"]
+            interval = errors["squared_bias"]
+            held[bias] += interval["low"] <= relative <= interval["high"]
+    assert min(held.values()) >= 90, held
+
+
+def test_configurations_are_rows(truth):
+    random = np.random.default_rng(5)
+    images = {"few": noisy(truth, 0.4, 4, random), "many": noisy(truth, 0.1, 4, random)}
+    seconds = {"few": [1.0] * 4, "many": [16.0] * 4}
+    found = trisect.evaluate(images, noisy(truth, 0.02, 4, random), seconds=seconds)
+    few, many = found["rows"]
+    assert (few["name"], many["name"]) == ("few", "many")
+    ratio = few["errors"]["variance"]["value"] / many["errors"]["variance"]["value"]
+    assert 12 < ratio < 20 and few["seconds"]["median"] == 1.0
+    # Equal efficiency: the variance falls with the time.
+    assert 0.7 < few["efficiency"]["value"] / many["efficiency"]["value"] < 1.4
+
+
+def test_frames_and_files(tmp_path):
+    renderer = trisect.Renderer(trisect.Scene.hello_world(), "cpu")
+    frames = [renderer.render(4, width=32, seed=seed) for seed in range(3)]
+    renderer.render(256, width=32, seed=9).save(tmp_path / "reference.pfm")
+    found = trisect.evaluate(frames, tmp_path / "reference.pfm")
+    assert found["reference"]["images"] == 1 and found["reference"]["error"] is None
+    assert found["rows"][0]["errors"]["variance"]["value"] > 0
+
+
+def test_bad_images(truth):
+    random = np.random.default_rng(1)
+    good, reference = noisy(truth, 0.1, 3, random), noisy(truth, 0.1, 2, random)
+    for images, kind, text in [
+        (good[:1], trisect.LabError, "1 of at least 2 images"),
+        ([good[0], good[0]], trisect.LabError, "equal to"),
+        ([good[0], good[1][:12].copy()], trisect.LabError, "render both at one size"),
+        ([good[0], good[1] * np.float32(np.nan)], trisect.LabError, "NaN or infinite in 768"),
+        ([good[0], good[1].astype(np.float64)], TypeError, r"images\[1\] must be"),
+        (good[0], TypeError, "must be a sequence of images"),
+    ]:
+        with pytest.raises(kind, match=text):
+            trisect.evaluate(images, reference)
+    with pytest.raises(trisect.LabError):
+        trisect.evaluate(good, [])
