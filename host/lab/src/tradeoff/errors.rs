@@ -116,8 +116,9 @@ impl Products {
 }
 
 /// Returns the variance that noise of a reference adds to the mean over repetitions of
-/// (x_s − a)(x_t − b) in a pixel, from the variance of the mean of a and b and the differences x_s − a and x_t −
-/// b. With the errors e and f of a and b, and the bias d, that is the variance of e f − d (e + f).
+/// (x_s − a)(x_t − b) in a pixel, from the variance of the mean of a and b and the differences
+/// x_s − a and x_t − b. With the errors e and f of a and b, and the bias d, that is the variance of
+/// e f − d (e + f).
 fn reference_noise(variance: f64, from_a: &[f64], from_b: &[f64]) -> f64 {
     if variance == 0.0 {
         return 0.0;

@@ -2,9 +2,9 @@
 //!
 //! A [`Configuration`] is a set of render settings. A [`TradeoffPlan`] or a [`ConvergencePlan`] is
 //! a whole measurement. [`Lab`] renders each configuration with several seeds and numbers of
-//! samples. [`Errors`] separates noise from bias against a [`Reference`]. [`Tradeoff::write`] writes
-//! the report. A [`Supervisor`] can end the measurement; the report then has what was measured by
-//! then. Used by `trisect tradeoff` and `trisect converge`.
+//! samples. [`Errors`] separates noise from bias against a [`Reference`].
+//! [`Tradeoff::write`] writes the report. A [`Supervisor`] can end the measurement; the report then
+//! has what was measured by then. Used by `trisect tradeoff` and `trisect converge`.
 
 mod advice;
 mod bias;
