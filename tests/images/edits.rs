@@ -55,8 +55,8 @@ fn hill() -> String {
     vertices + &faces
 }
 
-/// Returns a scene of a tube of 2 · `rings` · `sides` triangles, a ball, a hill, a lamp and a floor with
-/// a texture, in this folder.
+/// Returns a scene of a tube of 2 · `rings` · `sides` triangles, a ball, a hill, a lamp and a floor
+/// with a texture, in this folder.
 fn scene(folder: &Temporary, rings: u16, sides: u16) -> AnimatedScene {
     std::fs::write(folder.path("tube.gltf"), bending_tube(rings, sides)).unwrap();
     std::fs::write(folder.path("hill.obj"), hill()).unwrap();

@@ -245,8 +245,8 @@ impl Renderer {
     /// Replace the scene, from the next frame on, and keep what is the same: after an edit of a
     /// material the BVH and the meshes stay on the device.
     ///
-    /// Returns a dict with tree ("kept", "padded", "refitted" or "built") and written, a dict of the
-    /// bytes of each array that went to the device.
+    /// Returns a dict with tree ("kept", "padded", "refitted" or "built") and written, a dict of
+    /// the bytes of each array that went to the device.
     fn update<'py>(&self, py: Python<'py>, scene: Py<Scene>) -> PyResult<Bound<'py, PyDict>> {
         let _running = Running::begin()?;
         let mut alone = self.alone(py)?;

@@ -36,7 +36,7 @@ struct Source {
     in_memory: Mutex<Option<AnimatedScene>>,
 }
 
-/// Scene with what only its document has.
+/// Scene with its space and the names of its objects.
 struct Read {
     scene: trisect::scene::Scene,
     space: Rebase,

@@ -11,7 +11,7 @@ use crate::passes::WrittenArray;
 use crate::stats::Phases;
 use trisect_scene::Scene;
 
-/// What a renderer kept when it got another scene, and what it wrote to its device.
+/// Trees that a renderer kept when it got another scene, and arrays that it wrote to its device.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SceneReuse {
     /// Origin of the BVH.
