@@ -51,10 +51,10 @@ pub struct TradeoffPlan<'a> {
     /// Repetitions (seeds) of each point.
     pub seeds: usize,
     /// Numbers of samples per pixel; empty for three levels up to
-    /// [`max_spp`](Self::max_spp), or as many as fit the supervisor's time.
+    /// `max_spp`, or as many as fit the supervisor's time.
     pub levels: &'a [u32],
     /// Maximum of three levels; `None` for as many as fit the time. Ignored if there are
-    /// [`levels`](Self::levels).
+    /// `levels`.
     pub max_spp: Option<u32>,
     /// True if images may be smaller than the configurations' size where the time is too short.
     pub may_reduce: bool,
