@@ -44,7 +44,7 @@ pub fn rows<'py, T: Element + bytemuck::Pod, const N: usize>(
         let message = format!("{name} has shape {:?}; it must be (n, {N})", array.shape());
         return Err(PyValueError::new_err(message));
     }
-    contiguous(name, array.as_slice().is_ok())?;
+    contiguous(name, array.is_c_contiguous() && array.as_slice().is_ok())?;
     let values = array.as_slice().map_err(|e| PyValueError::new_err(e.to_string()))?;
     // The scene owns its meshes: this is the one copy.
     Ok(bytemuck::cast_slice::<T, [T; N]>(values).to_vec())
@@ -52,7 +52,9 @@ pub fn rows<'py, T: Element + bytemuck::Pod, const N: usize>(
 
 /// Refuses an array with gaps between its elements.
 pub fn contiguous(name: &str, is_contiguous: bool) -> PyResult<()> {
-    let message = format!("{name} is not contiguous in memory; pass numpy.ascontiguousarray({name})");
+    let message = format!(
+        "{name} is not contiguous in memory, row by row; pass numpy.require({name}, requirements=\"CA\")"
+    );
     if is_contiguous { Ok(()) } else { Err(PyValueError::new_err(message)) }
 }
 

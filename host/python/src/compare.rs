@@ -27,7 +27,8 @@ impl<'py> ImageArgument<'py> {
     /// `TypeError` or `ValueError` with the argument's name; `ImageError` for a file.
     pub fn read(name: &str, argument: &Bound<'py, PyAny>) -> PyResult<Self> {
         if let Ok(frame) = argument.cast::<Frame>() {
-            return Ok(Self::Image(frame.get().shown()));
+            let frame = frame.get();
+            return error::attempted(argument.py(), || frame.shown()).map(Self::Image);
         }
         if argument.hasattr("__array_interface__")? {
             let array: PyReadonlyArray3<'py, f32> = argument
@@ -37,7 +38,7 @@ impl<'py> ImageArgument<'py> {
                 let message = format!("{name} has shape {:?}; it must be (height, width, 3)", array.shape());
                 return Err(PyValueError::new_err(message));
             }
-            contiguous(name, array.as_slice().is_ok())?;
+            contiguous(name, array.is_c_contiguous() && array.as_slice().is_ok())?;
             return Ok(Self::Array(array));
         }
         let Ok(path) = argument.extract::<PathBuf>() else {

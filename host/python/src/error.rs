@@ -1,5 +1,6 @@
 //! Errors of the library as the exceptions of `trisect.errors`.
 
+use crate::lifecycle::Running;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyDict;
@@ -59,10 +60,17 @@ fn exception(py: Python<'_>, class: &str, message: &str, facts: Facts) -> PyResu
 
 /// Calls `call` without the interpreter's lock, and makes an exception of its error or panic.
 pub fn guarded<T: Send>(py: Python<'_>, call: impl FnOnce() -> Result<T, Error> + Send) -> PyResult<T> {
-    match py.detach(|| catch_unwind(AssertUnwindSafe(call))) {
-        Ok(result) => result.map_err(of_library),
-        Err(panic) => Err(fault(panic.downcast_ref::<&str>().copied().unwrap_or("a panic"))),
-    }
+    attempted(py, call)?.map_err(of_library)
+}
+
+/// Calls `call` without the interpreter's lock, and makes an exception of its panic. A forked child
+/// raises `ForkError` instead.
+pub fn attempted<T: Send>(py: Python<'_>, call: impl FnOnce() -> T + Send) -> PyResult<T> {
+    let _running = Running::begin()?;
+    py.detach(|| catch_unwind(AssertUnwindSafe(call))).map_err(|panic| {
+        let text = panic.downcast_ref::<String>().map(String::as_str);
+        fault(text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("a panic"))
+    })
 }
 
 /// Returns the exception of a fault of the library.

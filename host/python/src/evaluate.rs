@@ -5,7 +5,9 @@ use crate::error::{self, Facts};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
+use std::path::PathBuf;
 use trisect::image::Image;
+use trisect::output::Format;
 use trisect_lab::evaluate::{EvaluateError, ImageSet, ReferenceImages, Times, evaluate as evaluated};
 
 /// Measure noise and bias of images of any renderer apart, against a reference.
@@ -28,6 +30,9 @@ pub fn evaluate<'py>(
     let mut sets = Vec::new();
     match images.cast::<PyDict>() {
         Ok(configurations) => {
+            if let Some(seconds) = seconds {
+                check_names(configurations, seconds.cast::<PyDict>()?)?;
+            }
             for (name, images) in configurations {
                 let times = match seconds {
                     Some(seconds) => seconds.cast::<PyDict>()?.get_item(&name)?,
@@ -42,12 +47,23 @@ pub fn evaluate<'py>(
         true => vec![image("reference", reference)?],
         false => all("reference", reference)?,
     };
-    let text = py.detach(|| {
+    let text = error::attempted(py, || {
         let reference = ReferenceImages::new(reference, &[])?;
         evaluated(&sets, &reference)?.json()
-    });
+    })?;
     let text = text.map_err(|error| of_evaluation(&error))?;
     py.import("json")?.call_method1("loads", (text,))
+}
+
+/// Checks that times are those of configurations that have images.
+fn check_names(configurations: &Bound<'_, PyDict>, seconds: &Bound<'_, PyDict>) -> PyResult<()> {
+    for name in seconds.keys() {
+        if !configurations.contains(&name)? {
+            let message = format!("seconds has {}, and images has not", name.repr()?);
+            return Err(pyo3::exceptions::PyValueError::new_err(message));
+        }
+    }
+    Ok(())
 }
 
 /// Returns the exception of an evaluation.
@@ -55,15 +71,25 @@ fn of_evaluation(error: &EvaluateError) -> PyErr {
     error::raise("LabError", error.to_string(), Facts { kind: "Evaluate", ..Facts::default() })
 }
 
-/// Returns whether an argument is one image, not a sequence of them.
+fn is_path(argument: &Bound<'_, PyAny>) -> PyResult<bool> {
+    Ok(argument.is_instance_of::<PyString>() || argument.hasattr("__fspath__")?)
+}
+
+/// Returns whether an argument is one image, not a sequence of them. An array of four dimensions is
+/// a sequence.
 fn is_one(argument: &Bound<'_, PyAny>) -> PyResult<bool> {
-    let is_path = argument.is_instance_of::<PyString>() || argument.hasattr("__fspath__")?;
-    let is_frame = argument.is_instance_of::<crate::frame::Frame>();
-    Ok(is_path || is_frame || argument.hasattr("__array_interface__")?)
+    if argument.hasattr("__array_interface__")? {
+        return Ok(argument.getattr("ndim")?.extract::<usize>()? != 4);
+    }
+    Ok(is_path(argument)? || argument.is_instance_of::<crate::frame::Frame>())
 }
 
 /// Reads one image of a sequence.
 fn image(name: &str, argument: &Bound<'_, PyAny>) -> PyResult<Image> {
+    let path = argument.extract::<PathBuf>().ok().filter(|_| is_path(argument).unwrap_or(false));
+    if let Some(path) = path.filter(|path| Format::of(path).is_ok_and(Format::is_display)) {
+        return Err(of_evaluation(&EvaluateError::ForDisplay { path }));
+    }
     Ok(match ImageArgument::read(name, argument)? {
         ImageArgument::Image(image) => image,
         array @ ImageArgument::Array(_) => {
@@ -84,7 +110,13 @@ fn all(name: &str, argument: &Bound<'_, PyAny>) -> PyResult<Vec<Image>> {
 
 /// Reads the images of a configuration, with their times.
 fn set(name: &str, images: &Bound<'_, PyAny>, seconds: Option<&Bound<'_, PyAny>>) -> PyResult<ImageSet> {
-    let seconds = seconds.map_or(Ok(Vec::new()), |seconds| seconds.extract::<Vec<f64>>())?;
+    let seconds = match seconds {
+        None => Vec::new(),
+        Some(seconds) => match seconds.extract::<f64>() {
+            Ok(of_each) => vec![of_each],
+            Err(_) => seconds.extract::<Vec<f64>>()?,
+        },
+    };
     let times = Times { seconds, ..Times::default() };
     Ok(ImageSet::new(name, all(name, images)?, times))
 }

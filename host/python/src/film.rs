@@ -20,7 +20,7 @@ impl Film {
     #[getter]
     fn mean<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f32>>> {
         let film = &self.inner;
-        let image = py.detach(|| film.image());
+        let image = error::attempted(py, || film.image())?;
         channels(py, (film.height, film.width, 3), image.pixels.into_flattened())
     }
 
@@ -34,7 +34,7 @@ impl Film {
             1 => [f32::INFINITY; 3],
             _ => pixel.variance_of_mean().map(|value| value as f32),
         };
-        let values = py.detach(|| film.pixels.map(variance).into_flattened());
+        let values = error::attempted(py, || film.pixels.map(variance).into_flattened())?;
         channels(py, (film.height, film.width, 3), values)
     }
 
@@ -43,14 +43,14 @@ impl Film {
     fn samples<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u32>>> {
         let film = &self.inner;
         let count = |pixel: trisect::film::PixelTotals| u32::try_from(pixel.samples).unwrap_or(u32::MAX);
-        let values = py.detach(|| film.pixels.map(count));
+        let values = error::attempted(py, || film.pixels.map(count))?;
         plane(py, (film.height, film.width), values)
     }
 
     /// Number of NaN and infinite samples, which are left out of the sums.
     #[getter]
-    fn rejected(&self) -> u64 {
-        self.inner.counts().rejected
+    fn rejected(&self, py: Python<'_>) -> PyResult<u64> {
+        error::attempted(py, || self.inner.counts().rejected)
     }
 
     /// Columns of the image.
@@ -75,11 +75,11 @@ impl Film {
         Ok(Self { inner: Arc::new(sum) })
     }
 
-    fn __eq__(&self, other: &Self) -> bool {
-        self.inner == other.inner
+    fn __eq__(&self, py: Python<'_>, other: &Self) -> PyResult<bool> {
+        error::attempted(py, || self.inner == other.inner)
     }
 
     fn __repr__(&self) -> String {
-        format!("<Film: {}x{}, {} samples>", self.inner.width, self.inner.height, self.inner.counts().samples)
+        format!("<Film: {}x{}>", self.inner.width, self.inner.height)
     }
 }

@@ -84,7 +84,7 @@ impl Frame {
     /// if that was asked for or chosen; else the mean of the film.
     #[getter]
     fn image<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f32>>> {
-        let image = py.detach(|| self.shown());
+        let image = error::attempted(py, || self.shown())?;
         channels(py, (image.height, image.width, 3), image.pixels.into_flattened())
     }
 
@@ -106,7 +106,7 @@ impl Frame {
     #[getter]
     fn alpha<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, numpy::PyArray2<f32>>>> {
         let film = &self.film;
-        let Some(alpha) = py.detach(|| film.alpha()) else { return Ok(None) };
+        let Some(alpha) = error::attempted(py, || film.alpha())? else { return Ok(None) };
         crate::array::plane(py, (film.height, film.width), alpha).map(Some)
     }
 
@@ -188,8 +188,7 @@ impl Frame {
     }
 
     fn __repr__(&self) -> String {
-        let samples = self.film.counts().samples as f64 / self.settings.pixels().max(1) as f64;
         let partial = if self.is_complete { "" } else { ", partial" };
-        format!("<Frame: {}x{}, {samples:.4} samples per pixel{partial}>", self.film.width, self.film.height)
+        format!("<Frame: {}x{}{partial}>", self.film.width, self.film.height)
     }
 }

@@ -3,7 +3,6 @@
 //! Threads do not survive a fork. A child of a process that has rendered would wait for them for
 //! ever, so every call of the library in it raises `ForkError`.
 
-use crate::error::{self, Facts};
 use pyo3::prelude::*;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
@@ -34,7 +33,7 @@ impl Running {
         if is_forked() {
             let message = "this process was forked from one that had rendered, whose threads it does not have; \
                 start processes by multiprocessing.get_context(\"spawn\")";
-            return Err(error::raise("ForkError", message.to_owned(), Facts::default()));
+            return Err(Python::attach(|py| fork_error(py, message).unwrap_or_else(|error| error)));
         }
         HAS_STARTED.store(true, Ordering::Relaxed);
         RUNNING.fetch_add(1, Ordering::AcqRel);
@@ -46,6 +45,11 @@ impl Drop for Running {
     fn drop(&mut self) {
         RUNNING.fetch_sub(1, Ordering::AcqRel);
     }
+}
+
+fn fork_error(py: Python<'_>, message: &str) -> PyResult<PyErr> {
+    let error = py.import("trisect.errors")?.getattr("ForkError")?.call1((message,))?;
+    Ok(PyErr::from_value(error))
 }
 
 /// Returns whether the process is a child of one that had started threads.

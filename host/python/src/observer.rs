@@ -74,9 +74,23 @@ impl<'a> Watch<'a> {
         self.ends
     }
 
+    /// Looks at signals and cancellation, without a call of the callback.
+    pub fn look_at_signals(&mut self) {
+        if self.cancel.load(Ordering::Relaxed) || is_ending() {
+            self.ends = true;
+        } else if !self.ends && self.looked.elapsed() >= SIGNALS_EVERY {
+            self.looked = Instant::now();
+            match Python::try_attach(|py| py.check_signals()) {
+                Some(Ok(())) => {}
+                Some(Err(error)) => (self.ends, self.raised) = (true, Some(error)),
+                None => self.ends = true,
+            }
+        }
+    }
+
     /// Looks at signals and calls the callback, where it is time.
     fn look(&mut self, done: u64, total: u64) {
-        if self.looked.elapsed() < SIGNALS_EVERY {
+        if self.looked.elapsed() < SIGNALS_EVERY && done != total {
             return;
         }
         self.looked = Instant::now();

@@ -5,7 +5,7 @@ use crate::scene::Scene;
 use crate::words::{share, time, word, wrong};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBool, PyDict};
 use trisect::adaptive::{Adaptive, DEFAULT_MAX_SAMPLES, Free, Goal, Request};
 use trisect::denoise::{Denoiser, Filter};
 use trisect::layers::Aov;
@@ -102,9 +102,8 @@ impl Given {
             "crop" => self.crop = Some(crop(value)?),
             "depth" => settings.depth = count(name, value)?,
             "seed" => {
-                settings.seed = value
-                    .extract()
-                    .map_err(|_| wrong(name, value, "it must be a whole number from 0 to 4294967295"))?;
+                let remedy = "it must be a whole number from 0 to 4294967295";
+                settings.seed = number(value).ok_or_else(|| wrong(name, value, remedy))?;
             }
             "sampler" => {
                 let words = [("sobol", Sampler::Sobol), ("independent", Sampler::Independent)];
@@ -114,7 +113,9 @@ impl Given {
             "roulette_depth" => self.roulette_depth = Some(count(name, value)?),
             "light_sampling" => settings.light_sampling = flag(name, value)?,
             "clamp" => {
-                let number: Option<f32> = value.extract().ok().filter(|clamp: &f32| *clamp > 0.0);
+                let is_number = !value.is_instance_of::<PyBool>();
+                let number: Option<f32> =
+                    value.extract().ok().filter(|clamp: &f32| is_number && *clamp > 0.0);
                 settings.clamp =
                     Some(number.ok_or_else(|| wrong(name, value, "it must be a radiance above 0"))?);
             }
@@ -170,6 +171,20 @@ impl Given {
             ));
         }
         let denoise = self.denoise.map(|name| name.map(Denoiser::from));
+        let without = |name: &str, goal: &str| {
+            let message = format!("{name} has no effect without {goal}");
+            let facts = error::Facts { kind: "Goals", place: Some(name.to_owned()), ..Default::default() };
+            error::raise("SettingsError", message, facts)
+        };
+        if self.max_spp.is_some() && self.target_error.is_none() {
+            return Err(without("max_spp", "target_error"));
+        }
+        if self.adaptive.is_some() && self.budget.is_none() && self.target_error.is_none() {
+            return Err(without("adaptive", "budget or target_error"));
+        }
+        if self.roulette == Some(false) && self.roulette_depth.is_some() {
+            return Err(without("roulette_depth", "roulette"));
+        }
         let goal = match (self.budget, self.target_error) {
             (Some(time), _) => Some(Goal::Time(time)),
             (_, Some(target)) => {
@@ -197,9 +212,14 @@ impl Given {
     }
 }
 
+/// Returns a whole number; a bool is none.
+fn number(value: &Bound<'_, PyAny>) -> Option<u32> {
+    if value.is_instance_of::<PyBool>() { None } else { value.extract().ok() }
+}
+
 /// Returns a whole number of at least 1.
 fn count(name: &str, value: &Bound<'_, PyAny>) -> PyResult<u32> {
-    let number: Option<u32> = value.extract().ok().filter(|number| *number > 0);
+    let number: Option<u32> = number(value).filter(|number| *number > 0);
     number.ok_or_else(|| wrong(name, value, "it must be a whole number from 1 to 4294967295"))
 }
 

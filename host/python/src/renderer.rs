@@ -11,6 +11,7 @@ use crate::scene::Scene;
 use crate::words::word;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
+use std::cell::Cell;
 use std::mem::ManuallyDrop;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
@@ -22,7 +23,7 @@ use trisect::error::Error;
 use trisect::image::Image;
 use trisect::render::{RenderObserver, Settings};
 use trisect::stats::RenderStats;
-use trisect::threads::start_shared;
+use trisect::threads::{MAX_THREADS, start_shared};
 
 /// Backends by name.
 const BACKENDS: [(&str, Choice); 4] =
@@ -64,6 +65,35 @@ struct Alone<'a> {
 impl Drop for Alone<'_> {
     fn drop(&mut self) {
         *self.owner.lock().unwrap_or_else(PoisonError::into_inner) = None;
+    }
+}
+
+/// Maximum number of renders that run in each other's progress callbacks: each takes stack.
+const MAX_NESTED: u32 = 16;
+
+thread_local! {
+    /// Number of renders of this thread that run.
+    static NESTED: Cell<u32> = const { Cell::new(0) };
+}
+
+/// A render of this thread that runs.
+struct Nested(());
+
+impl Nested {
+    fn begin() -> PyResult<Self> {
+        if NESTED.get() >= MAX_NESTED {
+            let message =
+                format!("{MAX_NESTED} renders run in each other's progress callbacks; return from them");
+            return Err(error::raise("BusyError", message, Facts::default()));
+        }
+        NESTED.set(NESTED.get() + 1);
+        Ok(Self(()))
+    }
+}
+
+impl Drop for Nested {
+    fn drop(&mut self) {
+        NESTED.set(NESTED.get() - 1);
     }
 }
 
@@ -136,7 +166,10 @@ fn rendered(
         image = Some(denoised);
     }
     let aovs: &[_] = if observer.has_ended() { &[] } else { aovs };
-    let layers = FrameLayers::of(renderer, (settings, &done), scene, aovs, &mut Quiet(observer))?;
+    let layers = match FrameLayers::of(renderer, (settings, &done), scene, aovs, &mut Quiet(observer)) {
+        Err(Error::Cancelled) if observer.has_ended() => FrameLayers::default(),
+        layers => layers?,
+    };
     stats.scene.clone_from(&scene.scene.name);
     Ok(Rendered { film: done, image, stats, layers })
 }
@@ -146,6 +179,7 @@ struct Quiet<'a, 'b>(&'a mut Watch<'b>);
 
 impl RenderObserver for Quiet<'_, '_> {
     fn progress(&mut self, _: u64, _: u64) -> std::ops::ControlFlow<()> {
+        self.0.look_at_signals();
         match self.0.should_continue() {
             true => std::ops::ControlFlow::Continue(()),
             false => std::ops::ControlFlow::Break(()),
@@ -168,6 +202,11 @@ impl Renderer {
         threads: Option<usize>,
     ) -> PyResult<Self> {
         let _running = Running::begin()?;
+        if threads.is_some_and(|threads| threads > MAX_THREADS) {
+            let message =
+                format!("threads must be from 1 to {MAX_THREADS}, or 0 for one for each logical core");
+            return Err(error::raise("SettingsError", message, Facts { kind: "Value", ..Facts::default() }));
+        }
         let choice = backend.map_or(Ok(Choice::Auto), |backend| word("backend", backend, &BACKENDS))?;
         let records = Arc::clone(&scene.get().inner);
         let (renderer, device) = error::guarded(py, || {
@@ -205,6 +244,7 @@ impl Renderer {
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Frame> {
         let _running = Running::begin()?;
+        let _nested = Nested::begin()?;
         let mut alone = self.alone(py)?;
         let Inner { renderer, scene } = &mut *alone.inner;
         let scene = scene.get();

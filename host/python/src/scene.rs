@@ -3,8 +3,9 @@
 use crate::error;
 use crate::lifecycle::Running;
 use crate::scene_parts::Parts;
+use crate::words::wrong;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict, PyTuple, PyType};
+use pyo3::types::{PyBytes, PyDict, PyType};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use trisect::error::Error;
@@ -103,11 +104,15 @@ impl Source {
             Content::Text { text, name } => SceneDocument::parse_with(text, name, options)?,
             Content::HelloWorld => SceneDocument::hello_world_with(options)?,
             Content::Bytes => {
-                let message =
-                    "it came from another process, without its text; edit the scene there".to_owned();
+                let message = "it was made of bytes, without its text; edit the scene before".to_owned();
                 return Err(SceneError::Inconsistent { file: "the scene".to_owned(), message });
             }
         };
+        let is_of_sky = |edit: &FieldEdit| edit.to_string().starts_with("sky");
+        if parts.has_sky() && options.edits.iter().any(is_of_sky) {
+            let message = "the sky is an array, which edits do not reach; build the scene again";
+            return Err(SceneError::Inconsistent { file: document.name, message: message.to_owned() });
+        }
         parts.add_to(&mut document.description);
         document.choose_camera(camera)?;
         Ok(document)
@@ -146,7 +151,7 @@ impl Scene {
         let known: &[String] = before.map_or(&[], |before| &before.inner.warnings);
         for warning in scene.warnings.iter().filter(|warning| !known.contains(warning)) {
             let text = format!("{}: {warning}", scene.name);
-            py.import("warnings")?.call_method1("warn", (text, &category, 2))?;
+            py.import("warnings")?.call_method1("warn", (text, &category, 1))?;
         }
         Ok(Self { source, edits, inner: Arc::new(scene), space, names })
     }
@@ -179,7 +184,7 @@ impl Scene {
         py: Python<'_>,
         path: PathBuf,
         set: Option<&Bound<'_, PyDict>>,
-        camera: Option<String>,
+        camera: Option<&Bound<'_, PyAny>>,
         time: Option<f64>,
         allow_outside: bool,
     ) -> PyResult<Self> {
@@ -187,7 +192,14 @@ impl Scene {
         let edits = set.map_or(Ok(Vec::new()), edits)?;
         let mut options = LoadOptions { includes, ..LoadOptions::default() };
         options.model.time = time;
-        let camera = CameraChoice { name: camera, ..CameraChoice::default() };
+        if let Some(time) = time.filter(|time| !time.is_finite()) {
+            let given = pyo3::types::PyFloat::new(py, time);
+            return Err(wrong("time", given.as_any(), "it must be a finite number of seconds"));
+        }
+        let name = camera.map(|camera| camera.str().map(|name| name.to_string())).transpose()?;
+        let camera = CameraChoice { name, ..CameraChoice::default() };
+        // Another current folder must not lead an edit to another file.
+        let path = std::path::absolute(&path).unwrap_or(path);
         let source = Source::new(Content::File(path), Parts::default(), options, camera);
         Self::of(py, source, edits, None)
     }
@@ -216,7 +228,13 @@ impl Scene {
     /// Paths are those of ``--set``: names of fields and entries, and numbers of list entries from
     /// 0 on, with dots between them. Raises SceneError for a field that the scene lacks.
     fn edit(&self, py: Python<'_>, changes: &Bound<'_, PyDict>) -> PyResult<Self> {
-        let all = [self.edits.clone(), edits(changes)?].concat();
+        let new = edits(changes)?;
+        let mut all = self.edits.clone();
+        // A name decides where later edits lead.
+        all.retain(|old| {
+            path_of(old).ends_with("name") || !new.iter().any(|new| path_of(new) == path_of(old))
+        });
+        all.extend(new);
         Self::of(py, Arc::clone(&self.source), all, Some(self))
     }
 
@@ -258,15 +276,15 @@ impl Scene {
 
     /// SHA-256 of everything that decides the image, except settings.
     #[getter]
-    fn digest(&self, py: Python<'_>) -> String {
-        let digest = py.detach(|| self.inner.digest());
-        digest.iter().map(|byte| format!("{byte:02x}")).collect()
+    fn digest(&self, py: Python<'_>) -> PyResult<String> {
+        let digest = error::attempted(py, || self.inner.digest())?;
+        Ok(digest.iter().map(|byte| format!("{byte:02x}")).collect())
     }
 
     /// Bytes of the scene, for another process of the same version.
-    fn to_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
-        let bytes = py.detach(|| self.inner.to_bytes());
-        PyBytes::new(py, &bytes)
+    fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let bytes = error::attempted(py, || self.inner.to_bytes())?;
+        Ok(PyBytes::new(py, &bytes))
     }
 
     /// Return the scene of these bytes. It cannot be edited.
@@ -279,9 +297,33 @@ impl Scene {
         Ok(Self { source, edits: Vec::new(), inner: Arc::new(scene), space, names })
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
-        let restore = PyType::new::<Self>(py).getattr("from_bytes")?;
-        Ok((restore, PyTuple::new(py, [self.to_bytes(py)])?))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Restored<'py>)> {
+        let restore = PyType::new::<Self>(py).getattr("_restore")?;
+        let names = self.names.iter().map(|name| (name.object.clone(), name.material.clone())).collect();
+        let space = (self.space.origin.to_array(), self.space.scale);
+        Ok((restore, (self.to_bytes(py)?, names, space)))
+    }
+
+    /// Return a scene that was pickled.
+    #[staticmethod]
+    fn _restore(
+        py: Python<'_>,
+        bytes: &[u8],
+        names: Vec<(String, String)>,
+        space: ([f64; 3], f64),
+    ) -> PyResult<Self> {
+        let (origin, scale) = space;
+        let names = names.into_iter().map(|(object, material)| PartName { object, material }).collect();
+        let space = Rebase { origin: origin.into(), scale };
+        Ok(Self { names: Arc::new(names), space, ..Self::from_bytes(py, bytes)? })
+    }
+
+    fn __copy__(slf: Py<Self>) -> Py<Self> {
+        slf
+    }
+
+    fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
+        slf
     }
 
     fn __repr__(&self) -> String {
@@ -290,12 +332,26 @@ impl Scene {
     }
 }
 
+/// Arguments of [`Scene::_restore`]: bytes, names of objects and materials, origin and scale.
+type Restored<'py> = (Bound<'py, PyBytes>, Vec<(String, String)>, ([f64; 3], f64));
+
+/// Returns the path of an edit, as text.
+fn path_of(edit: &FieldEdit) -> String {
+    let text = edit.to_string();
+    text.split_once('=').map_or_else(String::new, |(path, _)| path.to_owned())
+}
+
 /// Returns the edits that a dict states.
 fn edits(changes: &Bound<'_, PyDict>) -> PyResult<Vec<FieldEdit>> {
     let value = changes.py().import("trisect._build")?.getattr("value_of_field")?;
     let mut all = Vec::new();
     for (path, change) in changes {
-        let (path, text): (String, String) = (path.extract()?, value.call1((change,))?.extract()?);
+        let path: String = path.extract()?;
+        let text: String = value.call1((change, &path))?.extract()?;
+        if path.contains('=') && !path.contains('"') {
+            let message = format!("{path:?} is not the path of a field, such as \"camera.look_at\"");
+            return Err(pyo3::exceptions::PyValueError::new_err(message));
+        }
         let edit: Result<FieldEdit, String> = format!("{path}={text}").parse();
         all.push(edit.map_err(|message| {
             let message = SceneError::Inconsistent { file: format!("{path}={text}"), message };

@@ -1,6 +1,6 @@
 //! Parts of a built scene that are arrays: meshes, many spheres, and a panorama.
 
-use crate::array::rows;
+use crate::array::{contiguous, rows};
 use numpy::{PyReadonlyArray1, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -52,6 +52,11 @@ impl Parts {
             parts.sky = Some(panorama(&sky)?);
         }
         Ok(parts)
+    }
+
+    /// Returns whether the sky is an array.
+    pub fn has_sky(&self) -> bool {
+        self.sky.is_some()
     }
 
     /// Returns whether there are no arrays.
@@ -186,9 +191,8 @@ fn panorama(part: &Bound<'_, PyAny>) -> PyResult<Sky> {
     if shape[2] != 3 || shape[0] == 0 || shape[1] == 0 {
         return Err(PyValueError::new_err(format!("sky has shape {shape:?}; it must be (height, width, 3)")));
     }
-    let values = radiance.as_slice().map_err(|_| {
-        PyValueError::new_err("sky is not contiguous in memory; pass numpy.ascontiguousarray(sky)")
-    })?;
+    contiguous("sky", radiance.is_c_contiguous() && radiance.as_slice().is_ok())?;
+    let values = radiance.as_slice().map_err(|error| PyValueError::new_err(error.to_string()))?;
     all_finite("sky", values)?;
     if let Some(at) = values.iter().position(|value| *value < 0.0) {
         return Err(PyValueError::new_err(format!(

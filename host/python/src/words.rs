@@ -3,6 +3,7 @@
 use crate::error::{self, Facts};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
+use pyo3::types::PyBool;
 use std::time::Duration;
 use trisect::time::parse_time;
 
@@ -28,9 +29,17 @@ pub fn word<T: Copy>(name: &str, given: &Bound<'_, PyAny>, words: &[(&str, T)]) 
     found.ok_or_else(|| wrong(name, given, &format!("it must be one of {}", names.join(", "))))
 }
 
+/// Returns a number; a bool is none.
+fn real(given: &Bound<'_, PyAny>) -> PyResult<f64> {
+    match given.is_instance_of::<PyBool>() {
+        true => Err(PyTypeError::new_err("a bool")),
+        false => given.extract(),
+    }
+}
+
 /// Returns a time: seconds as a number, or text such as "2s" and "5m".
 pub fn time(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Duration> {
-    let parsed = match given.extract::<f64>() {
+    let parsed = match real(given) {
         Ok(seconds) => Duration::try_from_secs_f64(seconds).ok(),
         Err(_) => given.extract::<String>().ok().and_then(|text| parse_time(&text).ok()),
     };
@@ -40,7 +49,7 @@ pub fn time(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Duration> {
 
 /// Returns a share: a fraction such as 0.01, or text such as "1%".
 pub fn share(name: &str, given: &Bound<'_, PyAny>) -> PyResult<f64> {
-    let parsed = match given.extract::<f64>() {
+    let parsed = match real(given) {
         Ok(share) => Some(share),
         Err(_) => given.extract::<String>().ok().and_then(|text| {
             text.strip_suffix('%').and_then(|percent| Some(percent.trim().parse::<f64>().ok()? / 100.0))

@@ -21,7 +21,7 @@ def mesh(**fields):
         ({"positions": POSITIONS.astype(">f4")}, TypeError, "positions must be"),
         ({"positions": POSITIONS[:, :2].copy()}, ValueError, r"positions has shape \[3, 2\]"),
         ({"positions": POSITIONS.ravel()}, TypeError, "with shape .9,."),
-        ({"positions": np.repeat(POSITIONS, 2, axis=0)[::2]}, ValueError, "pass numpy.ascontiguousarray.positions."),
+        ({"positions": np.repeat(POSITIONS, 2, axis=0)[::2]}, ValueError, "not contiguous in memory, row by row"),
         ({"positions": np.where(POSITIONS == 0, np.nan, POSITIONS)}, ValueError, "positions has NaN as its value 2"),
         ({"positions": "file.obj"}, TypeError, "positions"),
         ({"triangles": TRIANGLES.astype(np.int64)}, TypeError, "triangles must be a uint32 array"),
@@ -36,6 +36,25 @@ def mesh(**fields):
 def test_meshes(fields, kind, text):
     with pytest.raises(kind, match=text):
         mesh(**fields)
+
+
+def test_arrays_in_the_order_of_fortran_are_refused():
+    good = np.random.default_rng(0).random((4, 8, 3), np.float32)
+    for call in [
+        lambda: mesh(positions=np.asfortranarray(POSITIONS)),
+        lambda: trisect.compare(good, np.asfortranarray(good)),
+        lambda: small(sky=np.asfortranarray(good)),
+    ]:
+        with pytest.raises(ValueError, match='row by row; pass numpy.require.*"CA"'):
+            call()
+
+
+def test_indices_are_whole_numbers():
+    for triangles in [[[0.9, 1.7, 2.2]], [[-1, 0, 1]], [[0, 1, 2**40]]]:
+        with pytest.raises(ValueError, match="triangles must be whole numbers"):
+            mesh(triangles=triangles)
+    with pytest.raises(TypeError, match="positions must be numbers"):
+        mesh(positions=[["a", "b", "c"]])
 
 
 def test_lists_and_read_only_arrays_are_taken():
@@ -92,6 +111,12 @@ def test_arguments_of_a_render():
         ({"spp": "many"}, "spp is 'many'"),
         ({"seed": -1}, "seed is -1"),
         ({"width": 2**40}, "width is 1099511627776"),
+        ({"spp": True}, "spp is True"),
+        ({"budget": True}, "budget is True"),
+        ({"clamp": True}, "clamp is True"),
+        ({"spp": 1, "max_spp": 4}, "max_spp has no effect without target_error"),
+        ({"spp": 1, "adaptive": "on"}, "adaptive has no effect"),
+        ({"roulette": False, "roulette_depth": 3}, "roulette_depth has no effect"),
         ({"width": 10**6, "height": 10**6}, "memory|pixels"),
         ({"depth": 10**6}, "depth"),
         ({"clamp": 0}, "clamp is 0"),
@@ -126,6 +151,8 @@ def test_backends():
         trisect.Renderer(small(), "cpu", device=7)
     with pytest.raises((trisect.BackendError, OverflowError)):
         trisect.Renderer(small(), "cpu", threads=-1)
+    with pytest.raises(trisect.SettingsError, match="threads must be from 1 to 1024"):
+        trisect.Renderer(small(), "cpu", threads=20_000)
     with pytest.raises(TypeError):
         trisect.Renderer("scene.ron")
 

@@ -63,8 +63,14 @@ def test_bad_images(truth):
         ([good[0], good[1] * np.float32(np.nan)], trisect.LabError, "NaN or infinite in 768"),
         ([good[0], good[1].astype(np.float64)], TypeError, r"images\[1\] must be"),
         (good[0], TypeError, "must be a sequence of images"),
+        ("a.png", TypeError, "must be a sequence of images"),
+        (["a.png", "b.png"], trisect.LabError, "an image for a display"),
     ]:
         with pytest.raises(kind, match=text):
             trisect.evaluate(images, reference)
     with pytest.raises(trisect.LabError):
         trisect.evaluate(good, [])
+    with pytest.raises(ValueError, match="seconds has 'y'"):
+        trisect.evaluate({"x": good}, reference, seconds={"y": [1.0]})
+    stacked = trisect.evaluate(np.stack(good), np.stack(reference), seconds=2.0)
+    assert stacked["rows"][0]["errors"] == trisect.evaluate(good, reference)["rows"][0]["errors"]

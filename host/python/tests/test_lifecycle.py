@@ -91,10 +91,15 @@ def test_the_lock_is_released():
 def test_a_forked_process_says_why_it_cannot_render(python):
     code = LONG + (
         "import os, sys\n"
+        "frame, s = r.render(1, width=8), r.scene\n"
         "child = os.fork()\n"
         "if child == 0:\n"
         "    tried = [lambda: r.render(1), lambda: trisect.Scene.hello_world(), lambda: trisect.Renderer(s, 'cpu')]\n"
-        "    for call in tried[:2]:\n"
+        "    f = frame\n"
+        "    tried += [lambda: f.image, lambda: f.film.mean, lambda: f.film == f.film, lambda: f.save('a.png')]\n"
+        "    tried += [lambda: trisect.compare(f, f), lambda: f.film + f.film, lambda: f._repr_png_()]\n"
+        "    repr(f), repr(f.film)\n"
+        "    for call in tried:\n"
         "        try: call()\n"
         "        except trisect.ForkError as error: print('spawn' in str(error), flush=True)\n"
         "    del r\n"
@@ -102,8 +107,47 @@ def test_a_forked_process_says_why_it_cannot_render(python):
         "print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), r.render(1, width=8).complete)\n"
     )
     process = python(code)
-    assert (process.stdout, process.returncode) == ("True\nTrue\n0 True\n", 0), process.stderr
+    assert (process.stdout, process.returncode) == ("True\n" * 10 + "0 True\n", 0), process.stderr
 
+
+def test_a_fork_after_a_comparison_is_noticed(python):
+    code = (
+        "import os, sys, numpy as np, trisect\n"
+        "trisect.compare(np.zeros((9, 9, 3), np.float32), np.ones((9, 9, 3), np.float32))\n"
+        "child = os.fork()\n"
+        "if child == 0:\n"
+        "    try: trisect.Scene.hello_world()\n"
+        "    except trisect.ForkError: sys.exit(3)\n"
+        "print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))\n"
+    )
+    process = python(code)
+    assert (process.stdout, process.returncode) == ("3\n", 0), process.stderr
+
+
+def test_callbacks_that_render_end_before_the_stack_does(python):
+    code = (
+        "import trisect\n"
+        "s = trisect.Scene.hello_world()\n"
+        "def recurse(p): trisect.Renderer(s, 'cpu', threads=1).render(200_000, width=32, progress=recurse)\n"
+        "try: recurse(None)\n"
+        "except trisect.BusyError as error: print(error)\n"
+    )
+    process = python(code)
+    assert process.returncode == 0 and "16 renders run in each other" in process.stdout, process.stderr
+
+
+def test_an_interrupt_of_the_layers_keeps_the_frame(tmp_path):
+    code = LONG + (
+        "import os, signal, threading\n"
+        "def stop(): os.kill(os.getpid(), signal.SIGINT)\n"
+        "r.render(64, width=8)\n"
+        "threading.Timer(1.0, stop).start()\n"
+        "try: r.render(64, width=500, depth=2, aov=['uv', 'geometric-normal', 'cryptomatte'] )\n"
+        "except KeyboardInterrupt as error: print(type(error).__name__, error.frame is not None)\n"
+        "else: print('RenderInterrupted True')\n"
+    )
+    process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert process.stdout == "RenderInterrupted True\n", process.stderr
 
 def test_a_fork_before_any_call_is_fine(python):
     code = (

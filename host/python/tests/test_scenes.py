@@ -1,6 +1,7 @@
 """Scenes: built of parts, read, edited, sent to other processes."""
 
 import concurrent.futures
+import copy as copy_module
 import multiprocessing
 import pickle
 import warnings
@@ -145,7 +146,8 @@ def test_scenes_go_to_other_processes():
     scene = small(objects=[square()])
     copy = pickle.loads(pickle.dumps(scene))
     assert copy.digest == scene.digest and copy.size == scene.size
-    with pytest.raises(trisect.SceneError, match="another process"):
+    assert copy.objects == scene.objects and copy.objects
+    with pytest.raises(trisect.SceneError, match="made of bytes"):
         copy.edit({"image.samples": 1})
     context = multiprocessing.get_context("spawn")
     with concurrent.futures.ProcessPoolExecutor(1, mp_context=context) as pool:
@@ -159,6 +161,45 @@ def test_scenes_go_to_other_processes():
 
 def digest_of(scene):
     return scene.digest
+
+
+def test_copies_are_the_scene():
+    scene = small()
+    assert copy_module.copy(scene) is scene and copy_module.deepcopy([scene])[0] is scene
+
+
+def test_edits_take_what_constructors_take():
+    box = trisect.Box((-1, -1, -1), (1, 1, 1), "grey", name="box")
+    scene = small(objects=[box])
+    with pytest.warns(trisect.SceneWarning, match="nothing in view"):
+        moved = scene.edit({"objects.box.transform": [[1, 0, 0, 9], [0, 1, 0, 0], [0, 0, 1, 0]], "sky": (0, 0, 1)})
+    assert np.allclose(trisect.Renderer(moved, "cpu").render(1).image, (0, 0, 1), atol=1e-3)
+    for changes in [{"sky": trisect.Panorama(np.ones((2, 4, 3), np.float32))}, {"objects.box": square()}]:
+        with pytest.raises(TypeError, match="of arrays cannot be a value"):
+            scene.edit(changes)
+    with pytest.raises(ValueError, match="is not the path of a field"):
+        scene.edit({"camera.look_at=0,1,0": 1})
+    with pytest.raises(trisect.SceneError, match="the sky is an array"):
+        small(sky=np.ones((2, 4, 3), np.float32)).edit({"sky": trisect.Uniform((0, 0, 1))})
+
+
+def test_chains_of_edits_stay_short():
+    scene = small()
+    for share in np.linspace(0.1, 0.9, 300):
+        scene = scene.edit({"materials.grey.albedo": (share, share, share)})
+    assert np.allclose(color(scene), 0.9, atol=1e-3)
+
+
+def test_names_are_those_of_the_list():
+    spheres = trisect.Spheres(np.float32([[5, 5, 5]]), np.float32([1]), "grey")
+    scene = small(objects=[square(), trisect.Sphere((0, 0, 0), 1, "grey"), spheres])
+    assert sorted(scene.objects) == ["objects[0]", "objects[1]", "objects[2]"]
+    odd = 'a "b" \\ c\n\x01 (é'
+    assert small(objects=[trisect.Sphere((0, 0, 0), 1, "grey", name=odd)]).objects == [odd]
+    with pytest.raises(TypeError, match="names must be str"):
+        small(materials={1: trisect.Lambertian((1, 1, 1))}, objects=[])
+    with pytest.raises(ValueError, match="objects.0. has the material None"):
+        small(objects=[square(material=None)])
 
 
 def test_errors_name_file_line_and_remedy(tmp_path):

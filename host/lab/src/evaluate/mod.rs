@@ -2,8 +2,7 @@
 //! the [trade-off lab](crate::tradeoff).
 //!
 //! An [`ImageSet`] has the images of one configuration, each with a seed of its own.
-//! [`ReferenceImages`] are one image or several. [`evaluate`] compares sets in memory,
-//! an
+//! [`ReferenceImages`] are one image or several. [`evaluate`] compares sets in memory, an
 //! [`ImageFolder`] has those of files. Used by `trisect evaluate`.
 //!
 //! An interval covers the truth in 95 % of cases if:

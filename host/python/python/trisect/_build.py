@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import typing as t
 
 import numpy as np
@@ -15,10 +14,12 @@ Arrays = t.Dict[str, t.Any]
 
 def value(of: t.Any) -> str:
     """Return the text of a value in a scene file."""
-    if isinstance(of, bool):
+    if isinstance(of, (bool, np.bool_)):
         return "true" if of else "false"
     if isinstance(of, str):
-        return json.dumps(of, ensure_ascii=False)
+        return _string(of)
+    if isinstance(of, np.ndarray) and of.ndim == 0:
+        return value(of.item())
     if isinstance(of, (int, np.integer)):
         return str(int(of))
     if isinstance(of, (float, np.floating)):
@@ -32,12 +33,25 @@ def value(of: t.Any) -> str:
     raise TypeError(f"a scene cannot hold a {type(of).__name__}")
 
 
-def value_of_field(of: t.Any) -> str:
-    """Return the text of a value for an edit; a string stands for itself."""
-    return of if isinstance(of, str) else value(of)
+def _string(of: str) -> str:
+    escapes = {'"': '\\"', "\\": "\\\\"}
+    return '"' + "".join(escapes.get(c) or (c if c >= " " else f"\\u{{{ord(c):x}}}") for c in of) + '"'
+
+
+def value_of_field(of: t.Any, path: str) -> str:
+    """Return the text of a value for the edit of a field; a string stands for itself."""
+    if isinstance(of, str):
+        return of
+    if path.rpartition(".")[2] == "transform":
+        return _transform(of)
+    if path == "sky" and not dataclasses.is_dataclass(of):
+        of = parts.Uniform(of)
+    return value(of)
 
 
 def _call(of: t.Any) -> str:
+    if isinstance(of, (parts.Mesh, parts.Spheres, parts.Panorama)):
+        raise TypeError(f"a {type(of).__name__} of arrays cannot be a value; build the scene again")
     fields = []
     for field in dataclasses.fields(of):
         content = getattr(of, field.name)
@@ -74,9 +88,18 @@ def _transform(transform: t.Any) -> str:
     return f"[Matrix(({rows}))]"
 
 
-def _array(of: t.Any, dtype: t.Any) -> t.Any:
+def _array(name: str, of: t.Any, dtype: t.Any) -> t.Any:
     # Lists are converted; arrays are taken as they are, so that a wrong type is noticed.
-    return np.asarray(of, dtype=dtype) if isinstance(of, (list, tuple)) else of
+    if not isinstance(of, (list, tuple)):
+        return of
+    found = np.asarray(of)
+    if dtype is np.uint32 and found.size:
+        if found.dtype.kind not in "iu" or found.min() < 0 or found.max() > 0xFFFFFFFF:
+            raise ValueError(f"{name} must be whole numbers from 0 to 4294967295")
+    try:
+        return found.astype(dtype)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name} must be numbers, in rows of equal length") from None
 
 
 def scene(
@@ -100,38 +123,46 @@ def scene(
     """Return the text of a scene, and its parts that are arrays."""
     arrays: Arrays = {"meshes": [], "spheres": [], "sky": None}
     names = list(materials)
+    for name in names:
+        if not isinstance(name, str):
+            raise TypeError(f"materials has the name {name!r}; names must be str")
     described: t.List[str] = []
     for index, part in enumerate(objects):
         place = f"objects[{index}]"
         if not dataclasses.is_dataclass(part):
             raise TypeError(f"{place} is a {type(part).__name__}, not an object of trisect")
         material = getattr(part, "material", None)
-        if material is not None and material not in materials:
+        needs_material = not isinstance(part, parts.Model)
+        if (material is not None or needs_material) and material not in materials:
             raise ValueError(f"{place} has the material {material!r}; materials has {names}")
         if isinstance(part, parts.Mesh):
             columns = _matrix(part.transform)[:3].T.reshape(-1)
             arrays["meshes"].append(
                 {
-                    "positions": _array(part.positions, np.float32),
-                    "triangles": _array(part.triangles, np.uint32),
-                    "normals": _array(part.normals, np.float32),
-                    "uvs": _array(part.uvs, np.float32),
-                    "colors": _array(part.colors, np.float32),
+                    "positions": _array("positions", part.positions, np.float32),
+                    "triangles": _array("triangles", part.triangles, np.uint32),
+                    "normals": _array("normals", part.normals, np.float32),
+                    "uvs": _array("uvs", part.uvs, np.float32),
+                    "colors": _array("colors", part.colors, np.float32),
                     "material": names.index(part.material),
                     "transform": columns.tolist(),
-                    "name": part.name,
+                    "name": part.name or place,
                 }
             )
         elif isinstance(part, parts.Spheres):
             arrays["spheres"].append(
                 {
-                    "centers": _array(part.centers, np.float32),
-                    "radii": _array(part.radii, np.float32),
+                    "centers": _array("centers", part.centers, np.float32),
+                    "radii": _array("radii", part.radii, np.float32),
                     "material": names.index(part.material),
-                    "name": part.name,
+                    "name": part.name or place,
                 }
             )
         else:
+            if not hasattr(part, "name"):
+                raise TypeError(f"{place} is a {type(part).__name__}, not an object of trisect")
+            if part.name is None and not isinstance(part, parts.Model):
+                part = dataclasses.replace(part, name=place)
             described.append(value(part))
     if isinstance(sky, np.ndarray) and sky.ndim == 3:
         sky = parts.Panorama(sky)

@@ -55,7 +55,7 @@ class Scene:
         path: _Path,
         *,
         set: t.Optional[t.Dict[str, t.Any]] = None,
-        camera: t.Optional[str] = None,
+        camera: t.Union[None, str, int] = None,
         time: t.Optional[float] = None,
         allow_outside: bool = False,
     ) -> Scene: ...
