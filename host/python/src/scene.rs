@@ -33,7 +33,7 @@ struct Source {
     parts: Parts,
     options: LoadOptions,
     camera: CameraChoice,
-    /// The same scene with its files in memory, once an edit has asked for it.
+    /// Scene with its files in memory, once an edit has asked for it.
     in_memory: Mutex<Option<AnimatedScene>>,
 }
 
