@@ -54,7 +54,7 @@ fn noise_and_bias_of_two_configurations() {
     let twice = compared["rmse"].as_f64().unwrap().powi(2);
     let noise = all["errors"]["rmse"]["value"].as_f64().unwrap().powi(2);
     assert!((0.25..4.0).contains(&(twice / 2.0 / noise)), "{twice} {noise}");
-    // A reference of one image, and one configuration by itself.
+    // A reference of one image, and a single configuration.
     let (one, file) = (folder.file("images/all"), folder.file("images/reference/100.exr"));
     let output = trisect(&["evaluate", &one, "--reference", &file]);
     let table = String::from_utf8(output.stdout).unwrap();

@@ -212,7 +212,7 @@ impl Given {
     }
 }
 
-/// Returns a whole number; a bool is none.
+/// Returns a whole number, and `None` for a bool.
 fn number(value: &Bound<'_, PyAny>) -> Option<u32> {
     if value.is_instance_of::<PyBool>() { None } else { value.extract().ok() }
 }

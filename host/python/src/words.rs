@@ -29,7 +29,7 @@ pub fn word<T: Copy>(name: &str, given: &Bound<'_, PyAny>, words: &[(&str, T)]) 
     found.ok_or_else(|| wrong(name, given, &format!("it must be one of {}", names.join(", "))))
 }
 
-/// Returns a number; a bool is none.
+/// Returns a number, and an error for a bool.
 fn real(given: &Bound<'_, PyAny>) -> PyResult<f64> {
     match given.is_instance_of::<PyBool>() {
         true => Err(PyTypeError::new_err("a bool")),
