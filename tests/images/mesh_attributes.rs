@@ -5,7 +5,9 @@
 use glam::{DAffine2, DAffine3, DVec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
-use trisect::render::Settings;
+use trisect::image::Image;
+use trisect::prelude::Svgf;
+use trisect::render::{Renderer, Sampler, Settings};
 use trisect::scene::description::{
     Alpha, Description, Filter, Instance, Lambertian, Material, Mesh, PunctualLight, Sky, Texels,
     TextureImage, TextureUse, Wrap,
@@ -191,6 +193,63 @@ fn vertices_fade(subject: BackendUnderTest) {
     }
 }
 
+/// Returns the root mean square error of the share of samples that a surface of opacity 1/4 stops,
+/// over pixels, and over the means of blocks of 2 x 2 pixels.
+fn error_of_opacity(renderer: &mut Renderer, settings: &Settings) -> (f64, f64) {
+    let film = film(renderer, settings);
+    let width = film.width as usize;
+    let off: Vec<f64> = film.aovs.iter().map(|aov| f64::from(aov.alpha()) - 0.25).collect();
+    let blocks = (0..off.len()).filter(|pixel| pixel / width % 2 == 0 && pixel % width % 2 == 0);
+    let of_blocks: Vec<f64> =
+        blocks.map(|at| 0.25 * (off[at] + off[at + 1] + off[at + width] + off[at + width + 1])).collect();
+    let root = |of: &[f64]| (of.iter().map(|x| x * x).sum::<f64>() / of.len() as f64).sqrt();
+    (root(&off), root(&of_blocks))
+}
+
+/// Whether a sample passes is a choice of the Sobol sequence: n samples of a pixel are off by 1/n
+/// or less, and neighbours complement each other. Without it, each sample decides by itself; that
+/// is the control.
+fn fading_has_little_noise(subject: BackendUnderTest) {
+    let mesh = Mesh { colors: vec![[1.0, 1.0, 1.0, 0.25]; 4], ..square() };
+    let material = Material { alpha: Alpha::Blend, ..Material::from(Lambertian::rgb(1.0, 1.0, 1.0)) };
+    let scene = sunlit(material, mesh, DAffine3::IDENTITY, Vec::new());
+    let Some(mut renderer) = subject.renderer(&scene) else { return };
+    for samples in [4, 16, 64] {
+        let n = f64::from(samples);
+        let of =
+            |sampler| Settings { width: 32, height: 32, samples, sampler, guides: true, ..settings(&scene) };
+        let (even, of_blocks) = error_of_opacity(&mut renderer, &of(Sampler::Sobol));
+        let (alone, alone_of_blocks) = error_of_opacity(&mut renderer, &of(Sampler::Independent));
+        let expected = (0.25 * 0.75 / n).sqrt();
+        assert!(even < 1.0 / n, "{samples}: {even}");
+        assert!(of_blocks < 0.35 / n, "{samples}: {of_blocks}");
+        assert!((alone / expected - 1.0).abs() < 0.1, "{samples}: {alone}, not {expected}");
+        assert!((2.0 * alone_of_blocks / expected - 1.0).abs() < 0.2, "{samples}: {alone_of_blocks}");
+    }
+}
+
+/// SVGF lowers the noise where a surface fades out before a sky: the light of the samples that hit
+/// it is filtered with that of its neighbours. The control has no filter.
+fn fading_is_denoised(subject: BackendUnderTest) {
+    let colors = [[1.0, 1.0, 1.0, 1.0], [1.0, 1.0, 1.0, 0.0], [1.0, 1.0, 1.0, 0.0], [1.0, 1.0, 1.0, 1.0]];
+    let mesh = Mesh { colors: colors.to_vec(), ..square() };
+    let material = Material { alpha: Alpha::Blend, ..Material::from(Lambertian::rgb(0.5, 0.5, 0.5)) };
+    let mut scene = sunlit(material, mesh, DAffine3::from_scale(DVec3::splat(0.01)), Vec::new());
+    (scene.sky.bottom, scene.sky.top) = (glam::Vec3::ZERO, glam::Vec3::ONE);
+    let Some(mut renderer) = subject.renderer(&scene) else { return };
+    let of = |samples, seed| Settings { width: 48, height: 48, samples, seed, ..Settings::of(&scene) };
+    let exact = film(&mut renderer, &of(4096, 3)).image();
+    let noisy = renderer.render(&of(16, 4).denoise(Svgf)).unwrap();
+    let rel_mse = |image: &Image| {
+        let pairs = image.pixels.iter().zip(&exact.pixels);
+        let each = pairs.map(|(a, b)| f64::from((a[0] - b[0]).powi(2) / (b[0].powi(2) + 0.01)));
+        each.sum::<f64>() / exact.pixels.len() as f64
+    };
+    let (raw, denoised) = (rel_mse(&noisy.film.image()), rel_mse(&noisy.image()));
+    println!("relMSE {raw:.2e}, denoised {denoised:.2e}");
+    assert!(4.0 * denoised < raw, "{raw} {denoised}");
+}
+
 /// A kernel reads normals of vertices if a vertex has one, also behind others with attributes of
 /// their own; flat meshes do not pay for them.
 #[test]
@@ -216,4 +275,6 @@ for_each_backend!(
     a_map_without_a_direction_is_left,
     colours_and_second_coordinates_are_read,
     vertices_fade,
+    fading_has_little_noise,
+    fading_is_denoised,
 );

@@ -19,7 +19,7 @@ use trisect_tests::statistics::{Blocks, GLOBAL_LIMIT};
 use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
 fn request(goal: Goal, adaptive: Adaptive) -> Request {
-    Request { goal, adaptive, free: Free::default(), denoise: None }
+    Request { goal, adaptive, free: Free::default(), denoisers: Vec::new() }
 }
 
 fn sample(renderer: &mut Renderer, settings: &Settings, goal: Goal, adaptive: Adaptive) -> Sampled {

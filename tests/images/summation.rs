@@ -176,7 +176,7 @@ fn without_memory_the_host_adds() {
 fn without_memory_the_host_adds_halves() {
     let scene = scene("three_spheres.ron");
     let goal = Goal::Error { target: 1e-6, max_samples: 20 };
-    let request = Request { goal, adaptive: Adaptive::On, free: Free::default(), denoise: None };
+    let request = Request { goal, adaptive: Adaptive::On, free: Free::default(), denoisers: Vec::new() };
     let host = Settings { sums: Summation::Host, ..settings(&scene, false) };
     let want = adaptive::render(&mut renders::cpu(&scene), &host, &request, &mut ()).unwrap().film;
     for (lacks, by_device) in

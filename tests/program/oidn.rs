@@ -157,6 +157,45 @@ fn the_library_is_called_as_it_expects() {
     }
 }
 
+/// A budget takes the library if that lowers the error. On a plane that fills the view each pixel
+/// has the same radiance, so the image's mean has less noise; half of it, the control, is worse than
+/// the samples. A library that the variable names and that cannot be used is an error.
+#[test]
+fn a_budget_takes_the_library_if_it_helps() {
+    let folder = Temporary::new("oidn", "budget");
+    let Some(library) = fake(&folder, "fake.so", &[]) else { return };
+    let [scene, out] = ["plane.ron", "out.pfm"].map(|name| folder.file(name));
+    let plane = "Scene(version: 1, image: (width: 320, height: 180), \
+        camera: (look_from: (0, 3, 0.1), look_at: (0, 0, 0), vertical_fov: 20), \
+        sky: Gradient(bottom: (0, 0, 0), top: (1, 1, 1)), \
+        materials: { \"a\": Lambertian(albedo: (0.5, 0.5, 0.5)) }, \
+        objects: [Plane(point: (0, 0, 0), normal: (0, 1, 0), material: \"a\")])";
+    std::fs::write(&scene, plane).unwrap();
+    let arguments = [
+        "render",
+        &scene,
+        "--backend=cpu",
+        "--budget=300ms",
+        "--sampler=independent",
+        "-q",
+        "-o",
+        &out,
+        "--stats=-",
+    ];
+    let chosen = |step: &str| {
+        let output = with(&library, step, &arguments);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let stats: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        stats["sampling"]["way"]["denoise"].clone()
+    };
+    assert_eq!(chosen("mean"), serde_json::json!({ "filter": "oidn" }));
+    assert!(chosen("").is_null());
+    // A device that fails leaves the filter that needs nothing.
+    assert_ne!(chosen("memory"), serde_json::json!({ "filter": "oidn" }));
+    let missing = with(&folder.file("nothing.so"), "", &arguments);
+    check_failure(&missing, &arguments, 3, &[VARIABLE, "nothing.so", "--denoise svgf needs nothing"]);
+}
+
 /// Live frames and parameters of the filters are refused, with what works.
 #[test]
 fn frames_and_parameters_are_refused() {

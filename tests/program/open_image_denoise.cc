@@ -1,5 +1,5 @@
 // Stands in for Open Image Denoise in tests: checks how it is called, and returns half of the
-// radiance. The variable FAKE_OIDN makes one step fail, or states version 1. With OLD it has the
+// radiance. The variable FAKE_OIDN makes one step fail, states version 1, or asks for the image's mean in each pixel. With OLD it has the
 // functions of version 1 instead.
 
 #include <cmath>
@@ -133,7 +133,10 @@ EXPORT void oidnExecuteFilter(void* of) {
     if (!filter.albedo.buffer || !filter.normal.buffer || !filter.hdr || !filter.clean || features % 2 != 0 ||
         features == 0)
         fail("no features without noise");
-    for (size_t i = 0; i < filter.color.buffer->size(); i++)
-        (*filter.output.buffer)[i] = 0.5f * (*filter.color.buffer)[i];
+    const size_t size = filter.color.buffer->size();
+    double sums[3] = {0, 0, 0};
+    for (size_t i = 0; i < size; i++) sums[i % 3] += (*filter.color.buffer)[i];
+    for (size_t i = 0; i < size; i++)
+        (*filter.output.buffer)[i] = is("mean") ? float(3 * sums[i % 3] / size) : 0.5f * (*filter.color.buffer)[i];
 }
 #endif

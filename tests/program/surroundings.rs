@@ -66,6 +66,25 @@ fn uniform_light_and_panoramas_are_exact() {
     assert!(difference(&studio, &uniform) > 0.3);
 }
 
+/// Under a sky of its own level, a dark image becomes as bright as a display shows well; under light
+/// of radiance 1, the control, the same block stays as dark as its albedo.
+#[test]
+fn a_model_under_the_sky_is_not_dark() {
+    let folder = Temporary::new("surroundings", "exposure");
+    let model = block(&folder);
+    let stops = |environment: &str| {
+        let path = folder.file("image.png");
+        let arguments = ["render", &model, "-o", &path, "--spp=16", "--ground=off", "--env", environment];
+        let output = trisect(&[&arguments[..], &SMALL[..6]].concat());
+        let text = String::from_utf8(output.stderr).unwrap();
+        let line = text.lines().find_map(|line| line.strip_prefix("exposure ")).unwrap_or(&text).to_owned();
+        line.split(' ').next().unwrap().parse::<f64>().unwrap_or_else(|_| panic!("{text}"))
+    };
+    let dark = panorama(&folder, "dark.exr", 0.7);
+    assert_eq!(stops("uniform"), 0.0);
+    assert!(stops("sky") > 0.5 && stops(&dark) > 0.5, "{} {}", stops("sky"), stops(&dark));
+}
+
 /// The radiance of a diffuse plane under the sun alone: albedo / π · irradiance · sine of the
 /// elevation.
 #[test]

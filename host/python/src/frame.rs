@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use trisect::image::Image;
 use trisect::metadata;
-use trisect::output::exposure::Exposure;
+use trisect::output::exposure::{Exposure, LightLevel};
 use trisect::output::{BitDepth, Encoding, GAMMA_RANGE, Picture, ToneMap, Transfer, Window, is_stdout};
 use trisect::render::{Fingerprint, Settings};
 use trisect::scene::Scene;
@@ -154,7 +154,7 @@ impl Frame {
             None => Exposure::Stops(0.0),
             Some(stops) => match stops.extract::<f32>().ok().filter(|stops| stops.is_finite()) {
                 Some(stops) => Exposure::Stops(stops),
-                None => word("exposure", stops, &[("auto", Exposure::Automatic)])?,
+                None => word("exposure", stops, &[("auto", Exposure::Automatic(LightLevel::Unit))])?,
             },
         };
         let tone_map = tonemap.map_or(Ok(ToneMap::None), |name| word("tonemap", name, &ToneMap::ALL))?;
@@ -181,7 +181,7 @@ impl Frame {
 
     /// Picture for notebooks, with an automatic exposure unless the image fits a display.
     fn _repr_png_<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let display = (Exposure::Automatic, ToneMap::None);
+        let display = (Exposure::Automatic(LightLevel::Unit), ToneMap::None);
         let bytes =
             error::guarded(py, || self.encoded(Path::new("a.png"), display, Encoding::default(), false))?;
         Ok(PyBytes::new(py, &bytes))

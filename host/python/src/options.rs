@@ -193,6 +193,11 @@ impl Given {
             (None, None) => None,
         };
         let is_timed = matches!(goal, Some(Goal::Time(_)));
+        let denoisers = match &denoise {
+            Some(given) => given.iter().copied().collect(),
+            None if is_timed => Denoiser::choices().map_err(|error| error::of_library(error.into()))?,
+            None => Vec::new(),
+        };
         let request = goal.map(|goal| Request {
             goal,
             adaptive: self.adaptive.unwrap_or(Adaptive::Auto),
@@ -202,7 +207,7 @@ impl Given {
                 sampler: self.sampler.is_none(),
                 denoise: is_timed && denoise.is_none(),
             },
-            denoise: denoise.unwrap_or_else(|| is_timed.then(|| Filter::Svgf.into())),
+            denoisers,
         });
         let denoise = denoise.flatten().filter(|_| !is_timed);
         settings.guides =

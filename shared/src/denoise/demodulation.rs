@@ -29,12 +29,13 @@ pub fn demodulate(params: &DenoiseParams, sums: PixelSums, aovs: AovSums) -> (Fi
     (pixel, gbuffer_texel(params, aovs))
 }
 
-/// Returns the mean surface of a pixel's samples, or none if most of them hit nothing.
+/// Returns the mean surface of those of a pixel's samples that hit one, or none. Where a surface
+/// fades out, or ends, its light is filtered with that of the surface, not with the sky's.
 #[inline(always)]
 fn gbuffer_texel(params: &DenoiseParams, aovs: AovSums) -> GBufferTexel {
     let length2 = aovs.normal.dot(aovs.normal);
     // Opposite normals may cancel; a sum may be NaN.
-    if aovs.hits < aovs.misses || !(length2 > 1e-12 && length2 < 1e12) {
+    if aovs.hits == 0 || !(length2 > 1e-12 && length2 < 1e12) {
         return GBufferTexel::NONE;
     }
     let to = aovs.position / aovs.hits as f32 - params.view.origin;

@@ -67,6 +67,23 @@ impl Path {
         ended
     }
 
+    /// Returns whether the path passes a surface of this opacity. Only a partial one takes a random
+    /// number: that of the sampler of the kernel, which spreads the choices evenly over samples and
+    /// pixels.
+    #[inline(always)]
+    fn chooses_to_pass<const POSSIBLE: Features>(
+        &self,
+        features: FeatureSet<POSSIBLE>,
+        opacity: f32,
+    ) -> bool {
+        let mut passed = opacity <= 0.0;
+        if opacity > 0.0 && opacity < 1.0 {
+            let random = words(features, self.key, blocks::passing(self.segment, self.passes));
+            passed = unit_f32(random.x) >= opacity;
+        }
+        passed
+    }
+
     /// Continues the path beyond the surface at `vertex`, which is no segment. Returns whether the
     /// path ended.
     #[inline(always)]
@@ -145,8 +162,7 @@ impl Path {
         let front = vertex.is_front();
         let mut passed = false;
         if features.has::<HOLES>() && vertex.material.flags & (MASKED | BLENDED) != 0 {
-            let alpha = vertex.opacity(features);
-            passed = unit_f32(self.key.words(blocks::passing(self.segment, self.passes)).x) >= alpha;
+            passed = self.chooses_to_pass(features, vertex.opacity(features));
         }
         if passed {
             return self.pass_hole(features, &vertex);

@@ -157,4 +157,5 @@ def main():
             race(name, args, folder)
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -7,7 +7,8 @@ use trisect::denoise::{DenoiseError, DenoiseSettings, Denoiser, Filter};
 #[derive(Clone, Debug, Args)]
 pub struct DenoiseArgs {
     /// Filter of the image, which keeps edges of normals and depth, and textures (default: off;
-    /// with --budget: off or svgf, the better one; for view: svgf).
+    /// with --budget: oidn where it is installed and fits the time, or svgf, if that lowers the
+    /// error; for view: svgf).
     #[arg(help_heading = "Filter", long, value_enum)]
     pub denoise: Option<DenoiseArg>,
 

@@ -5,7 +5,7 @@ use super::{DenoiseArgs, JobArgs};
 use clap::{Args, ValueEnum};
 use std::time::Duration;
 use trisect::adaptive::{Adaptive, DEFAULT_MAX_SAMPLES, Free, Goal, Request};
-use trisect::denoise::{DenoiseError, Filter};
+use trisect::denoise::{DenoiseError, Denoiser};
 
 /// Goal of a render in place of `--spp`.
 #[derive(Clone, Debug, Args)]
@@ -90,11 +90,11 @@ impl GoalArgs {
             sampler: sampler.is_none(),
             denoise: timed && filter.denoise.is_none(),
         };
-        let denoise = match free.denoise {
-            true => Some(Filter::Svgf.into()),
-            false => filter.denoise()?,
+        let denoisers = match free.denoise {
+            true => Denoiser::choices()?,
+            false => filter.denoise()?.into_iter().collect(),
         };
-        Ok(Some(Request { goal, adaptive, free, denoise }))
+        Ok(Some(Request { goal, adaptive, free, denoisers }))
     }
 }
 

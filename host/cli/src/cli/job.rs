@@ -196,7 +196,7 @@ impl JobArgs {
     pub fn exposure(&self, given: Option<f32>) -> Exposure {
         match given {
             Some(stops) => Exposure::Stops(stops),
-            None if self.shows_model() => Exposure::Automatic,
+            None if self.shows_model() => Exposure::Automatic(self.load.surroundings.light_level()),
             None => Exposure::Stops(0.0),
         }
     }

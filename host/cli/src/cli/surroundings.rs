@@ -3,6 +3,7 @@
 use super::switch::Switch;
 use clap::Args;
 use std::path::{Path, PathBuf};
+use trisect::output::exposure::LightLevel;
 use trisect::scene::{EnvironmentSource, Sun, Surroundings};
 
 /// Environment, sun and ground.
@@ -39,6 +40,14 @@ impl SurroundingsArgs {
     pub fn surroundings(&self) -> Surroundings {
         let ground = self.ground.map(|ground| ground == Switch::On);
         Surroundings { environment: self.env.clone(), sun: self.sun, ground }
+    }
+
+    /// Returns the level of the light around a model.
+    pub fn light_level(&self) -> LightLevel {
+        match self.env {
+            Some(EnvironmentSource::Sky | EnvironmentSource::File(_)) => LightLevel::Other,
+            Some(EnvironmentSource::Studio | EnvironmentSource::Uniform) | None => LightLevel::Unit,
+        }
     }
 
     /// Makes the path of a panorama relative to `folder`.

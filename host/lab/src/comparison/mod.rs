@@ -11,7 +11,7 @@ use image_statistics::ImageStatistics;
 use trisect::image::Image;
 use trisect::metrics::Comparison;
 use trisect::metrics::flip::FlipMap;
-use trisect::output::exposure::Automatic;
+use trisect::output::exposure::{Automatic, LightLevel};
 
 /// Maximum edge of an embedded image in pixels.
 const MAX_EDGE: u32 = 1024;
@@ -47,7 +47,7 @@ pub fn page(
     let step = reduction(size, MAX_EDGE);
     let stops = match image.is_for_display || reference.is_for_display {
         true => 0.0,
-        false => Automatic::of(reference.image).stops,
+        false => Automatic::of(reference.image, LightLevel::Unit).stops,
     };
     let differences = Differences::of(image.image, reference.image, step);
     let shown = [image, reference].map(|of| Raster::of_image(of.image, step, stops.exp2()));

@@ -173,7 +173,8 @@ impl<'a> Lab<'a> {
         let start = Instant::now();
         let film = if mode.adaptive {
             let goal = Goal::Error { target: UNREACHABLE_ERROR, max_samples: spp };
-            let request = Request { goal, adaptive: Adaptive::On, free: Free::default(), denoise: None };
+            let request =
+                Request { goal, adaptive: Adaptive::On, free: Free::default(), denoisers: Vec::new() };
             let sampled = adaptive::render(renderer, &settings, &request, &mut observer)?;
             if sampled.stats.sampling.is_some_and(|sampling| sampling.ended) {
                 return Err(trisect::Error::Cancelled.into());

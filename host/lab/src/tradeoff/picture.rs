@@ -4,7 +4,7 @@ use super::point::Point;
 use super::reference::Truth;
 use crate::page::{INFERNO, MAGMA, Raster, reduction};
 use trisect::image::Image;
-use trisect::output::exposure::Automatic;
+use trisect::output::exposure::{Automatic, LightLevel};
 
 /// Maximum edges in pixels: of an image, and of a map of its errors.
 const MAX_EDGES: (u32, u32) = (480, 240);
@@ -39,7 +39,7 @@ pub struct Pictures {
 impl Pictures {
     /// Starts with the reference, which decides the exposure of all images.
     pub(super) fn new(truth: &Truth) -> Self {
-        let stops = Automatic::of(truth.image).stops;
+        let stops = Automatic::of(truth.image, LightLevel::Unit).stops;
         Self { reference: Some(shown(truth.image, stops)), stops, shown: Vec::new() }
     }
 

@@ -112,15 +112,14 @@ impl<'a, 'p> BudgetRun<'a, 'p> {
         prepared: Preparation<'p>,
         (start, observer): (Instant, &'a mut dyn RenderObserver),
     ) -> Result<(Self, Vec<Trial>), Error> {
-        let Preparation { plain, known, mut halves, filter, calibration } = prepared;
+        let Preparation { plain, known, mut halves, filters, calibration } = prepared;
         let whole = plan.time.as_secs_f64();
         let trial_time = (plan.time.mul_f64(TRIAL_SHARE), plan.time);
         let (best, trials, expected) = choose_strategy(renderer, (&plain, &known), trial_time, observer)?;
         let wanted = !plan.free.denoise || expected > FILTER_FROM;
         let slower = calibration.map_or(0.0, |calibration| calibration.aov_share());
-        let filter =
-            filter.filter(|filter| wanted && filter.fits(whole, plan.free.denoise, expected, slower));
-        let filter = filter.map(|filter| filter.with_trials(whole));
+        let fits = |filter: &Filter| wanted && filter.fits(whole, plan.free.denoise, expected, slower);
+        let filter = filters.into_iter().find(fits).map(|filter| filter.with_trials(whole));
         let with_aovs = settings.guides || filter.is_some();
         if !with_aovs {
             halves.drop_aovs();

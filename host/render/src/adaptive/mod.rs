@@ -88,8 +88,9 @@ pub struct Request {
     pub adaptive: Adaptive,
     /// Settings that may be chosen.
     pub free: Free,
-    /// Denoiser to use, or to try if [`Free::denoise`] is set; [`Goal::Error`] ignores it.
-    pub denoise: Option<Denoiser>,
+    /// Denoiser to use; with [`Free::denoise`] those of which the first that fits the time is
+    /// tried. [`Goal::Error`] ignores them.
+    pub denoisers: Vec<Denoiser>,
 }
 
 /// Result of a render with a goal.
@@ -147,7 +148,7 @@ pub fn render(
                 time,
                 adaptive: request.adaptive,
                 free: request.free,
-                denoise: request.denoise.as_ref(),
+                denoisers: &request.denoisers,
             };
             let made = budget::render_within(renderer, settings, plan, observer)?;
             let seconds = made.time.as_secs_f64();
@@ -202,7 +203,7 @@ pub fn render_dual_buffers(
             (renderer, noise)
         }
         Goal::Time(time) => {
-            let plan = preparation::BudgetPlan { time, adaptive, free: Free::default(), denoise: None };
+            let plan = preparation::BudgetPlan { time, adaptive, free: Free::default(), denoisers: &[] };
             let made = budget::render_within(renderer, settings, plan, observer)?;
             (made.renderer, made.noise)
         }

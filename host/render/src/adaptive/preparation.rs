@@ -1,5 +1,5 @@
 //! Preparation of a render within a time budget, before the time begins: compiles kernels,
-//! allocates buffers, and measures the filter and the passes.
+//! allocates buffers, and measures the filters and the passes.
 
 use super::filter::Filter;
 use super::pass_cost::{Calibration, calibrate};
@@ -7,7 +7,8 @@ use super::renderer::of_half;
 use super::strategy::{candidates, warm_up};
 use super::{Adaptive, DualBuffers, Free};
 use crate::Error;
-use crate::denoise::Denoiser;
+use crate::denoise::oidn::OidnError;
+use crate::denoise::{DenoiseError, Denoiser};
 use crate::render::{RenderObserver, Renderer, Settings, SettingsError};
 use std::time::{Duration, Instant};
 use trisect_device::BackendError;
@@ -18,8 +19,8 @@ pub(super) struct BudgetPlan<'a> {
     pub time: Duration,
     pub adaptive: Adaptive,
     pub free: Free,
-    /// Filter, or the one that may be chosen.
-    pub denoise: Option<&'a Denoiser>,
+    /// Filter, or those of which the first that fits the time is tried.
+    pub denoisers: &'a [Denoiser],
 }
 
 /// Settings, buffers and measurements from before the time begins.
@@ -29,12 +30,12 @@ pub(super) struct Preparation<'p> {
     /// Strategies whose kernels are compiled.
     pub known: Vec<Settings>,
     pub halves: DualBuffers,
-    /// Filter that may fit the time.
-    pub filter: Option<Filter<'p>>,
+    /// Filters that may fit the time.
+    pub filters: Vec<Filter<'p>>,
     pub calibration: Option<Calibration>,
 }
 
-/// Compiles kernels, allocates buffers, and measures the filter and the passes.
+/// Compiles kernels, allocates buffers, and measures the filters and the passes.
 pub(super) fn prepare<'p>(
     renderer: &mut Renderer,
     settings: &Settings,
@@ -54,23 +55,25 @@ pub(super) fn prepare<'p>(
         known.push(way);
     }
     let mut halves = DualBuffers::on_device(settings.width, settings.height);
-    let mut filter = None;
-    if let Some(denoise) = plan.denoise {
+    let mut filters = Vec::new();
+    if !plan.denoisers.is_empty() {
         halves = DualBuffers::new(settings.width, settings.height);
         let ways = std::iter::once(&plain).chain(&known);
         let guided = ways.map(|way| Settings { guides: true, ..way.clone() }).collect::<Vec<_>>();
         halves.allocate_aovs();
-        filter = match Filter::try_out(renderer, settings, denoise, &halves) {
-            // If the filter was only an option, the image goes without it.
-            Err(error) if plan.free.denoise && is_too_large(&error) => None,
-            ready => Some(ready?),
-        };
-        filter = filter.filter(|filter| filter.may_fit(plan.time.as_secs_f64(), plan.free.denoise));
-        if filter.is_some() {
+        for denoise in plan.denoisers {
+            match Filter::try_out(renderer, settings, denoise, &halves) {
+                // If the filter was only an option, the image goes without it.
+                Err(error) if plan.free.denoise && is_of_filter(&error) => {}
+                ready => filters.push(ready?),
+            }
+        }
+        filters.retain(|filter| filter.may_fit(plan.time.as_secs_f64(), plan.free.denoise));
+        if !filters.is_empty() {
             guided.iter().try_for_each(|way| warm_up(renderer, way, observer))?;
         }
     }
-    let with_guides = Settings { guides: settings.guides || filter.is_some(), ..plain.clone() };
+    let with_guides = Settings { guides: settings.guides || !filters.is_empty(), ..plain.clone() };
     if !with_guides.guides {
         halves.drop_aovs();
     }
@@ -83,12 +86,15 @@ pub(super) fn prepare<'p>(
         }
     }
     let (halves, calibration) = calibrate(renderer, &plain, &with_guides, halves, observer)?;
-    Ok(Preparation { plain, known, halves, filter, calibration })
+    Ok(Preparation { plain, known, halves, filters, calibration })
 }
 
-fn is_too_large(error: &Error) -> bool {
+/// Returns whether the error is that of a filter that cannot denoise such an image.
+fn is_of_filter(error: &Error) -> bool {
     matches!(
         error,
-        Error::Settings(SettingsError::TooLarge { .. }) | Error::Backend(BackendError::TooLarge { .. })
+        Error::Denoise(DenoiseError::Oidn(OidnError::Failed { .. }))
+            | Error::Settings(SettingsError::TooLarge { .. })
+            | Error::Backend(BackendError::TooLarge { .. })
     )
 }

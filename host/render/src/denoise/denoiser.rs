@@ -26,6 +26,21 @@ impl Denoiser {
         }
     }
 
+    /// Returns the denoisers of which a render within a time takes the first that fits: Open Image
+    /// Denoise, where it is installed, then SVGF.
+    ///
+    /// # Errors
+    ///
+    /// [`DenoiseError::Oidn`] if [`oidn::VARIABLE`] names a library that cannot be used.
+    pub fn choices() -> Result<Vec<Self>, DenoiseError> {
+        let is_named = std::env::var_os(oidn::VARIABLE).is_some_and(|value| !value.is_empty());
+        let found = match oidn::check() {
+            Err(error) if is_named => return Err(error.into()),
+            found => found.is_ok(),
+        };
+        Ok(found.then_some(Self::Oidn).into_iter().chain([Filter::Svgf.into()]).collect())
+    }
+
     /// Returns version and device of the library that denoises; `None` for a filter.
     pub fn library(&self) -> Option<String> {
         match self {

@@ -123,14 +123,14 @@ fn exposed(
     mut session: Session,
     look: &mut ViewOptions,
 ) -> Result<Session, Error> {
-    if arguments.job.exposure(arguments.exposure) != Exposure::Automatic {
+    let Exposure::Automatic(level) = arguments.job.exposure(arguments.exposure) else {
         return Ok(session);
-    }
+    };
     if crew.link.is_root() {
         let of = look.clone();
         let stops;
         (session, stops) = crew.link.run_while_polling(move || {
-            let stops = metered(&mut session, &of);
+            let stops = metered(&mut session, &of, level);
             (session, stops)
         })?;
         look.screen.stops = stops?;

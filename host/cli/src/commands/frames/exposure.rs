@@ -22,7 +22,8 @@ pub fn first_frame(arguments: &RenderArgs) -> u32 {
 
 /// Returns whether the images have an exposure that depends on one of them.
 pub fn is_automatic(arguments: &RenderArgs) -> bool {
-    arguments.exposure() == Exposure::Automatic && Format::of(&arguments.output).is_ok_and(Format::is_display)
+    matches!(arguments.exposure(), Exposure::Automatic(_))
+        && Format::of(&arguments.output).is_ok_and(Format::is_display)
 }
 
 impl Job<'_> {

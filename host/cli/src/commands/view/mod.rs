@@ -8,7 +8,7 @@ use super::{Session, eprint};
 use crate::cli::{DenoiseArg, JobArgs, ViewArgs};
 use std::process::ExitCode;
 use trisect::input;
-use trisect::output::exposure::{Automatic, Exposure};
+use trisect::output::exposure::{Automatic, Exposure, LightLevel};
 use trisect::render::Settings;
 use trisect::view::ViewOptions;
 use trisect_lab::Error;
@@ -39,7 +39,7 @@ const METER_SAMPLES: u32 = 16;
 
 /// Returns the exposure in stops for a model without a scene file, from a small image of it, and
 /// prints it.
-pub fn metered(session: &mut Session, look: &ViewOptions) -> Result<f32, Error> {
+pub fn metered(session: &mut Session, look: &ViewOptions, level: LightLevel) -> Result<f32, Error> {
     let Settings { width, height, .. } = look.settings;
     let share = f64::from(METER_PIXELS) / f64::from(width.max(height).max(METER_PIXELS));
     let side = |pixels: u32| ((f64::from(pixels) * share) as u32).max(1);
@@ -49,7 +49,7 @@ pub fn metered(session: &mut Session, look: &ViewOptions) -> Result<f32, Error> 
         samples: METER_SAMPLES,
         ..look.settings.clone()
     };
-    let automatic = Automatic::of(&session.renderer.render(&settings)?.film.image());
+    let automatic = Automatic::of(&session.renderer.render(&settings)?.film.image(), level);
     eprint(&automatic.to_string());
     Ok(automatic.stops)
 }
@@ -67,8 +67,8 @@ pub fn run(arguments: &ViewArgs) -> Result<ExitCode, Error> {
     let mut look = look(arguments, &session.settings)?;
     session.settings = look.settings.clone();
     session.notes.iter().for_each(|note| eprint(note));
-    if arguments.job.exposure(arguments.exposure) == Exposure::Automatic {
-        look.screen.stops = metered(&mut session, &look)?;
+    if let Exposure::Automatic(level) = arguments.job.exposure(arguments.exposure) {
+        look.screen.stops = metered(&mut session, &look, level)?;
     }
     if arguments.headless {
         return headless::run(arguments, session, &look);

@@ -79,7 +79,7 @@ impl SceneFiles {
         (self.camera, self.space) = (camera, session.space);
         let stops = match job.exposure(None) {
             _ if is_same || !self.meters => None,
-            Exposure::Automatic => Some(metered(&mut session, look)?),
+            Exposure::Automatic(level) => Some(metered(&mut session, look, level)?),
             Exposure::Stops(stops) => Some(stops),
         };
         let opened = Opened {
