@@ -59,4 +59,28 @@ fn any_part_may_be_there(subject: BackendUnderTest) {
     assert!(split.is_err(), "a chunk in two");
 }
 
-for_each_backend!(ends_do_not_show, any_part_may_be_there);
+/// Blocks that are asked for are rendered, without the samples that the film has.
+fn blocks_are_rendered_alone(subject: BackendUnderTest) {
+    let scene = scene("three_spheres.ron");
+    let settings = Settings { width: 24, height: 32, samples: 512, depth: 8, ..Settings::of(&scene) };
+    let Some(mut renderer) = subject.renderer(&scene) else { return };
+    let whole = renderer.render(&settings).unwrap().film;
+    let rows = |rows| SampleBlock { rows, samples: 0..512 };
+    let mut film = Film::new(24, 32);
+    let mut render = |film: &mut Film, blocks: &[SampleBlock]| {
+        renderer.render_parts(film, &settings, blocks, &(), &mut ())
+    };
+    render(&mut film, &[rows(8..16), rows(0..4)]).unwrap();
+    assert_eq!(film.coverage.parts(), [rows(0..4), rows(8..16)]);
+    let before = film.clone();
+    assert_eq!(render(&mut film, &[]).unwrap().rendered_samples, 0);
+    render(&mut film, &[rows(0..10), rows(10..32)]).unwrap();
+    assert_eq!(film, whole);
+    assert_ne!(before, whole, "negative control not detected");
+    let beyond = SampleBlock { rows: 30..33, samples: 0..512 };
+    for wrong in [&[rows(0..4), rows(2..6)][..], &[beyond]] {
+        assert!(render(&mut Film::new(24, 32), wrong).is_err());
+    }
+}
+
+for_each_backend!(ends_do_not_show, any_part_may_be_there, blocks_are_rendered_alone);

@@ -180,6 +180,13 @@ fn mistakes_are_named() {
     let fails = |arguments: &[&str], code: i32, words: &[&str]| {
         check_failure(&trisect(arguments), arguments, code, words);
     };
+    // A checkpoint that a caller of the library began has no command to resume, and can be merged.
+    let (library, sum) = (folder.file("library.ckpt"), folder.file("sum.pfm"));
+    let mut checkpoint = Checkpoint::read(file.as_ref()).unwrap();
+    checkpoint.header.command.clear();
+    checkpoint.write(library.as_ref()).unwrap();
+    fails(&["resume", &library], 1, &["library.ckpt", "no command to resume", "`trisect merge`"]);
+    assert!(trisect(&["merge", &library, "-o", &sum]).status.success());
     let text = fs::read_to_string(&copy).unwrap();
     fs::write(&copy, text.replacen("0.5", "0.25", 1)).unwrap();
     fails(&["resume", &file], 1, &["a.ckpt", "scene is"]);

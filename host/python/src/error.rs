@@ -31,10 +31,11 @@ pub struct Facts {
 static ERRORS: PyOnceLock<Py<PyModule>> = PyOnceLock::new();
 
 /// Words of the library's messages that have another form in Python.
-const WORDS: [(&str, &str); 4] = [
+const WORDS: [(&str, &str); 5] = [
     ("`device::list`", "trisect.devices()"),
     ("`precision::write`", "`trisect check --write`"),
-    ("`resume`", "resume"),
+    ("`resume`", "resume=True"),
+    ("`checkpoint`", "checkpoint"),
     ("pass `allow_outside`", "pass allow_outside=True"),
 ];
 
@@ -172,9 +173,19 @@ fn of_image(error: ImageError) -> Facts {
 }
 
 fn of_checkpoint(error: &CheckpointError) -> Facts {
-    let file = match error {
-        CheckpointError::Exists { path } | CheckpointError::NotACheckpoint { path, .. } => text(path),
+    let kind = match error {
+        CheckpointError::Io { .. } => "Io",
+        CheckpointError::NotACheckpoint { .. } => "NotACheckpoint",
+        CheckpointError::Format { .. } => "Format",
+        CheckpointError::Differs { .. } => "Differs",
+        CheckpointError::Film { .. } => "Film",
+        CheckpointError::Taken { .. } => "Taken",
+        CheckpointError::Exists { .. } => "Exists",
+        _ => "Checkpoint",
+    };
+    let place = match error {
+        CheckpointError::Differs { difference, .. } => Some(difference.field.clone()),
         _ => None,
     };
-    Facts { kind: "Checkpoint", file, ..Facts::default() }
+    Facts { kind, file: error.path().and_then(text), place, ..Facts::default() }
 }

@@ -3,6 +3,7 @@
 use crate::array::channels;
 use crate::error;
 use crate::film::Film;
+use crate::header::LazyHeader;
 use crate::layers::FrameLayers;
 use crate::words::{word, wrong};
 use numpy::PyArray3;
@@ -23,6 +24,8 @@ use trisect::stats::RenderStats;
 pub struct Frame {
     scene: Arc<Scene>,
     film: Arc<trisect::film::Film>,
+    /// Header of the film's checkpoint; `None` for a render with a goal.
+    header: Option<LazyHeader>,
     /// Image that is not the film's: denoised, or the best of a render to a time.
     image: Option<Arc<Image>>,
     stats: Option<RenderStats>,
@@ -35,14 +38,15 @@ impl Frame {
     /// Makes the frame of a render with these settings.
     pub fn new(
         scene: Arc<Scene>,
-        (film, image): (trisect::film::Film, Option<Image>),
+        (film, header): (trisect::film::Film, Option<LazyHeader>),
+        image: Option<Image>,
         stats: Option<RenderStats>,
         layers: FrameLayers,
         settings: &Settings,
         is_complete: bool,
     ) -> Self {
         let (film, image) = (Arc::new(film), image.map(Arc::new));
-        Self { scene, film, image, stats, layers, settings: settings.clone(), is_complete }
+        Self { scene, film, header, image, stats, layers, settings: settings.clone(), is_complete }
     }
 
     /// Returns the image: the denoised one if there is one, else the mean of the film.
@@ -91,7 +95,7 @@ impl Frame {
     /// Film with the exact sums of all samples.
     #[getter]
     fn film(&self) -> Film {
-        Film { inner: Arc::clone(&self.film) }
+        Film { inner: Arc::clone(&self.film), header: self.header.clone() }
     }
 
     /// Layers that were asked for, by name: float32 of shape (height, width, channels) or (height,

@@ -31,6 +31,12 @@ pub struct SceneOfLayers<'a> {
     pub names: &'a [PartName],
 }
 
+impl<'a> From<&'a crate::scene::Scene> for SceneOfLayers<'a> {
+    fn from(scene: &'a crate::scene::Scene) -> Self {
+        Self { scene: &scene.inner, space: scene.space, names: &scene.names }
+    }
+}
+
 impl FrameLayers {
     /// Makes the layers of a film. Some need further camera rays.
     ///

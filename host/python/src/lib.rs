@@ -4,15 +4,21 @@
 //! exceptions, the parts of which scenes are built, and what only notebooks need.
 
 mod array;
+mod checkpoints;
 mod compare;
+mod conclusion;
+mod devices;
 mod error;
 mod evaluate;
 mod film;
 mod frame;
+mod header;
+mod job;
 mod layers;
 mod lifecycle;
 mod observer;
 mod options;
+mod ranks;
 mod renderer;
 mod scene;
 mod scene_parts;
@@ -26,15 +32,17 @@ mod _trisect {
     #[pymodule_export]
     use super::compare::{compare, read_image};
     #[pymodule_export]
+    use super::devices::devices;
+    #[pymodule_export]
     use super::evaluate::evaluate;
     #[pymodule_export]
-    use super::film::Film;
+    use super::film::{Film, merge};
     #[pymodule_export]
     use super::frame::Frame;
     #[pymodule_export]
     use super::observer::Progress;
     #[pymodule_export]
-    use super::renderer::{Renderer, devices};
+    use super::renderer::Renderer;
     #[pymodule_export]
     use super::scene::Scene;
     use pyo3::prelude::*;

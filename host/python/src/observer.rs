@@ -1,10 +1,13 @@
-//! Progress of a render: signals, cancellation, and the caller's callback.
+//! Progress of a render: signals, cancellation, failed checkpoints, and the caller's callback.
 
 use crate::lifecycle::is_ending;
+use pyo3::exceptions::PyRuntimeWarning;
 use pyo3::prelude::*;
+use std::ffi::CString;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
+use trisect::checkpoint::Saver;
 use trisect::render::RenderObserver;
 use trisect::stats::GoalProgress;
 
@@ -44,6 +47,8 @@ pub struct Watch<'a> {
     /// Set by another thread to end the render.
     cancel: &'a AtomicBool,
     callback: Option<Py<PyAny>>,
+    /// Writer of the checkpoint, whose failures are warnings.
+    saver: Option<&'a Saver>,
     /// True for a render with a goal, which keeps its samples when it ends early.
     has_goal: bool,
     start: Instant,
@@ -58,15 +63,25 @@ pub struct Watch<'a> {
 
 impl<'a> Watch<'a> {
     /// Makes the observer of a render that begins now.
-    pub fn new(cancel: &'a AtomicBool, callback: Option<Py<PyAny>>, has_goal: bool) -> Self {
+    pub fn new(
+        cancel: &'a AtomicBool,
+        callback: Option<Py<PyAny>>,
+        saver: Option<&'a Saver>,
+        has_goal: bool,
+    ) -> Self {
         let start = Instant::now();
-        let (goal, raised) = (None, None);
-        Self { cancel, callback, has_goal, start, looked: start, called: start, goal, raised, ends: false }
+        let (looked, called, goal, raised) = (start, start, None, None);
+        Self { cancel, callback, saver, has_goal, start, looked, called, goal, raised, ends: false }
     }
 
-    /// Returns the exception that ended the render, if there was one.
-    pub fn raised(self) -> Option<PyErr> {
-        self.raised
+    /// Returns the time since the render began.
+    pub fn elapsed(&self) -> Duration {
+        self.start.elapsed()
+    }
+
+    /// Takes the exception that ended the render, if there was one.
+    pub fn raised(&mut self) -> Option<PyErr> {
+        self.raised.take()
     }
 
     /// Returns whether the render was ended early.
@@ -96,8 +111,12 @@ impl<'a> Watch<'a> {
         self.looked = Instant::now();
         let is_due = self.callback.is_some() && (self.called.elapsed() >= CALLS_EVERY || done == total);
         let told = is_due.then(|| self.state(done, total));
+        let failure = self.saver.and_then(Saver::failure);
         let attached = Python::try_attach(|py| {
             py.check_signals()?;
+            if let Some(failure) = failure {
+                warn(py, &format!("{failure}; the render continues, and the next checkpoint tries again"))?;
+            }
             if let (Some(callback), Some(told)) = (&self.callback, told) {
                 callback.call1(py, (told,))?;
             }
@@ -145,4 +164,10 @@ impl RenderObserver for Watch<'_> {
     fn should_continue(&self) -> bool {
         !self.ends && !self.cancel.load(Ordering::Relaxed) && !is_ending()
     }
+}
+
+/// Issues a `RuntimeWarning`.
+fn warn(py: Python<'_>, message: &str) -> PyResult<()> {
+    let message = CString::new(message.replace('\0', " "))?;
+    PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &message, 1)
 }

@@ -1,12 +1,16 @@
-//! Keyword arguments of a render: settings, goal, denoiser, layers.
+//! Keyword arguments of a render: settings, goal, denoiser, layers, checkpoint.
 
+use crate::checkpoints::{CheckpointOptions, interval, path, samples};
 use crate::error;
 use crate::scene::Scene;
-use crate::words::{share, time, word, wrong};
+use crate::words::{count, flag, number, share, time, word, wrong};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict};
+use std::ops::Range;
+use std::path::PathBuf;
 use trisect::adaptive::{Adaptive, DEFAULT_MAX_SAMPLES, Free, Goal, Request};
+use trisect::checkpoint::SaveInterval;
 use trisect::denoise::{Denoiser, Filter};
 use trisect::layers::Aov;
 use trisect::render::{Sampler, Settings};
@@ -48,6 +52,10 @@ pub struct RenderOptions {
     pub aovs: Vec<Aov>,
     /// Callable that receives the progress.
     pub progress: Option<Py<PyAny>>,
+    /// Indices of the samples to render; all of the settings unless a part was asked for.
+    pub samples: Range<u32>,
+    /// File that keeps the film.
+    pub checkpoint: Option<CheckpointOptions>,
 }
 
 /// Values that the keywords state, before they are combined.
@@ -66,6 +74,11 @@ struct Given {
     roulette_depth: Option<u32>,
     aovs: Vec<Aov>,
     progress: Option<Py<PyAny>>,
+    samples: Option<Range<u32>>,
+    checkpoint: Option<PathBuf>,
+    every: Option<SaveInterval>,
+    resumes: Option<bool>,
+    has_ranks: bool,
 }
 
 impl RenderOptions {
@@ -130,6 +143,11 @@ impl Given {
             }
             "aov" => self.aovs = aovs(value)?,
             "progress" => self.progress = progress(value)?,
+            "sample_range" => self.samples = Some(samples(value)?),
+            "checkpoint" => self.checkpoint = Some(path(name, value)?),
+            "checkpoint_every" => self.every = Some(interval(name, value)?),
+            "resume" => self.resumes = Some(flag(name, value)?),
+            "comm" => self.has_ranks = true,
             _ => {
                 let message = format!("render() got an unexpected keyword argument {name:?}");
                 return Err(PyTypeError::new_err(message));
@@ -138,7 +156,7 @@ impl Given {
         Ok(())
     }
 
-    fn combine(self, mut settings: Settings, has_spp: bool) -> PyResult<RenderOptions> {
+    fn combine(mut self, mut settings: Settings, has_spp: bool) -> PyResult<RenderOptions> {
         let follow = |given: u32, from: u32, to: u32| {
             let scaled = f64::from(given) * f64::from(to) / f64::from(from);
             scaled.round().clamp(1.0, f64::from(u32::MAX)) as u32
@@ -156,35 +174,11 @@ impl Given {
         settings.sampler = self.sampler.unwrap_or(settings.sampler);
         settings.roulette = self.roulette.unwrap_or(self.roulette_depth.is_some());
         settings.roulette_depth = self.roulette_depth.unwrap_or(settings.roulette_depth);
-        let goals = [
-            ("spp", has_spp),
-            ("budget", self.budget.is_some()),
-            ("target_error", self.target_error.is_some()),
-        ];
-        let named: Vec<&str> = goals.into_iter().filter(|goal| goal.1).map(|goal| goal.0).collect();
-        if let [first, second, ..] = named[..] {
-            let message = format!("{first} and {second} cannot be combined: each says when the render ends");
-            return Err(error::raise(
-                "SettingsError",
-                message,
-                error::Facts { kind: "Goals", ..Default::default() },
-            ));
-        }
+        self.check_together(has_spp)?;
+        let samples = self.samples.take().unwrap_or(0..settings.samples);
+        let (every, resumes) = (self.every.unwrap_or_default(), self.resumes == Some(true));
+        let checkpoint = self.checkpoint.take().map(|path| CheckpointOptions { path, every, resumes });
         let denoise = self.denoise.map(|name| name.map(Denoiser::from));
-        let without = |name: &str, goal: &str| {
-            let message = format!("{name} has no effect without {goal}");
-            let facts = error::Facts { kind: "Goals", place: Some(name.to_owned()), ..Default::default() };
-            error::raise("SettingsError", message, facts)
-        };
-        if self.max_spp.is_some() && self.target_error.is_none() {
-            return Err(without("max_spp", "target_error"));
-        }
-        if self.adaptive.is_some() && self.budget.is_none() && self.target_error.is_none() {
-            return Err(without("adaptive", "budget or target_error"));
-        }
-        if self.roulette == Some(false) && self.roulette_depth.is_some() {
-            return Err(without("roulette_depth", "roulette"));
-        }
         let goal = match (self.budget, self.target_error) {
             (Some(time), _) => Some(Goal::Time(time)),
             (_, Some(target)) => {
@@ -213,23 +207,55 @@ impl Given {
         settings.guides =
             denoise.is_some() || settings.hidden_sky || self.aovs.iter().any(|aov| aov.needs_aov_sums());
         let (aovs, progress) = (self.aovs, self.progress);
-        Ok(RenderOptions { settings, request, denoise, aovs, progress })
+        Ok(RenderOptions { settings, request, denoise, aovs, progress, samples, checkpoint })
+    }
+
+    /// Checks that no keyword excludes another or lacks the one that it belongs to.
+    fn check_together(&self, has_spp: bool) -> PyResult<()> {
+        let given = |goals: &[(&'static str, bool)]| -> Vec<&'static str> {
+            goals.iter().filter(|goal| goal.1).map(|goal| goal.0).collect()
+        };
+        let goals = [("budget", self.budget.is_some()), ("target_error", self.target_error.is_some())];
+        if let [first, second, ..] = given(&[&[("spp", has_spp)], &goals[..]].concat())[..] {
+            let message = format!("{first} and {second} cannot be combined: each says when the render ends");
+            return Err(conflict(message, None));
+        }
+        let of_films = [
+            ("sample_range", self.samples.is_some()),
+            ("checkpoint", self.checkpoint.is_some()),
+            ("comm", self.has_ranks),
+        ];
+        if let ([goal, ..], [name, ..]) = (&given(&goals)[..], &given(&of_films)[..]) {
+            let message = format!(
+                "{name} and {goal} cannot be combined: the samples of {goal} depend on all earlier ones; use spp"
+            );
+            return Err(conflict(message, Some(name)));
+        }
+        if self.has_ranks && self.checkpoint.is_some() {
+            let message = "checkpoint and comm cannot be combined; save the film of rank 0 by Film.save";
+            return Err(conflict(message.to_owned(), Some("checkpoint")));
+        }
+        let has_goal = goals.iter().any(|goal| goal.1);
+        let needs = [
+            ("max_spp", self.max_spp.is_some(), "target_error", self.target_error.is_some()),
+            ("adaptive", self.adaptive.is_some(), "budget or target_error", has_goal),
+            ("roulette_depth", self.roulette_depth.is_some(), "roulette", self.roulette != Some(false)),
+            ("checkpoint_every", self.every.is_some(), "checkpoint", self.checkpoint.is_some()),
+            ("resume", self.resumes == Some(true), "checkpoint", self.checkpoint.is_some()),
+        ];
+        match needs.into_iter().find(|(_, is_given, _, has_other)| *is_given && !has_other) {
+            Some((name, _, other, _)) => {
+                Err(conflict(format!("{name} has no effect without {other}"), Some(name)))
+            }
+            None => Ok(()),
+        }
     }
 }
 
-/// Returns a whole number, and `None` for a bool.
-fn number(value: &Bound<'_, PyAny>) -> Option<u32> {
-    if value.is_instance_of::<PyBool>() { None } else { value.extract().ok() }
-}
-
-/// Returns a whole number of at least 1.
-fn count(name: &str, value: &Bound<'_, PyAny>) -> PyResult<u32> {
-    let number: Option<u32> = number(value).filter(|number| *number > 0);
-    number.ok_or_else(|| wrong(name, value, "it must be a whole number from 1 to 4294967295"))
-}
-
-fn flag(name: &str, value: &Bound<'_, PyAny>) -> PyResult<bool> {
-    value.extract().map_err(|_| wrong(name, value, "it must be True or False"))
+/// Returns the error for keywords that exclude or need each other.
+fn conflict(message: String, place: Option<&str>) -> PyErr {
+    let place = place.map(str::to_owned);
+    error::raise("SettingsError", message, error::Facts { kind: "Goals", place, ..Default::default() })
 }
 
 /// Returns the corners of a part of the image.

@@ -1,28 +1,29 @@
 //! Renderer: a scene on a device.
 
+use crate::checkpoints::FilmStart;
+use crate::conclusion::Conclusion;
 use crate::error::{self, Facts};
 use crate::film::Film;
 use crate::frame::Frame;
-use crate::layers::{FrameLayers, SceneOfLayers};
+use crate::header::LazyHeader;
+use crate::job::{self, Kept, Work};
+use crate::layers::SceneOfLayers;
 use crate::lifecycle::{Running, is_forked};
 use crate::observer::Watch;
 use crate::options::RenderOptions;
+use crate::ranks::{Ranks, Shared};
 use crate::scene::Scene;
 use crate::words::word;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use pyo3::types::PyDict;
 use std::cell::Cell;
 use std::mem::ManuallyDrop;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::thread::{self, ThreadId};
 use std::time::Duration;
-use trisect::adaptive::{self, Goal, Sampled};
 use trisect::device::{self, Choice};
-use trisect::error::Error;
-use trisect::image::Image;
-use trisect::render::{RenderObserver, Settings};
-use trisect::stats::RenderStats;
+use trisect::render::Settings;
 use trisect::threads::{MAX_THREADS, start_shared};
 
 /// Backends by name.
@@ -68,6 +69,14 @@ impl Drop for Alone<'_> {
     }
 }
 
+/// A render that begins.
+struct Begun<'a> {
+    alone: Alone<'a>,
+    options: RenderOptions,
+    header: LazyHeader,
+    start: FilmStart,
+}
+
 /// Maximum number of renders that run in each other's progress callbacks: each takes stack.
 const MAX_NESTED: u32 = 16;
 
@@ -97,14 +106,6 @@ impl Drop for Nested {
     }
 }
 
-/// Result of a render.
-struct Rendered {
-    film: trisect::film::Film,
-    image: Option<Image>,
-    stats: RenderStats,
-    layers: FrameLayers,
-}
-
 impl Renderer {
     /// Waits until no other thread uses the renderer. Signals are handled meanwhile.
     fn alone(&self, py: Python<'_>) -> PyResult<Alone<'_>> {
@@ -128,62 +129,67 @@ impl Renderer {
         *self.owner.lock().unwrap_or_else(PoisonError::into_inner) = Some(thread::current().id());
         Alone { inner, owner: &self.owner }
     }
-}
 
-/// Renders what the options ask for. `film` keeps the samples of a render that was ended early.
-fn rendered(
-    renderer: &mut trisect::render::Renderer,
-    options: &RenderOptions,
-    scene: &SceneOfLayers<'_>,
-    film: &mut Option<trisect::film::Film>,
-    observer: &mut Watch<'_>,
-) -> Result<Rendered, Error> {
-    let RenderOptions { settings, request, denoise, aovs, .. } = options;
-    if let Some(denoise) = denoise {
-        denoise.check()?;
+    /// Reads the arguments of a render, and prepares its film.
+    fn begin<'a>(
+        &'a self,
+        py: Python<'_>,
+        spp: Option<&Bound<'_, PyAny>>,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Begun<'a>> {
+        let alone = self.alone(py)?;
+        let Inner { renderer, scene } = &*alone.inner;
+        let options = RenderOptions::read(scene.get(), spp.filter(|spp| !spp.is_none()), options)?;
+        let header = LazyHeader::of_render(renderer, &SceneOfLayers::from(scene.get()), &options);
+        let start = match options.request {
+            Some(_) => FilmStart { film: trisect::film::Film::new(0, 0), saver: None },
+            None => error::guarded(py, || FilmStart::new(&options, &header))?,
+        };
+        self.cancel.store(false, Ordering::Relaxed);
+        Ok(Begun { alone, options, header, start })
     }
-    let (done, mut image, mut stats) = match request {
-        Some(request) => {
-            let Sampled { film, image, stats } = adaptive::render(renderer, settings, request, observer)?;
-            (film, matches!(request.goal, Goal::Time(_)).then_some(image), stats)
-        }
-        None => {
-            settings.check()?;
-            let new = match settings.guides {
-                true => trisect::film::Film::with_aovs(settings.width, settings.height),
-                false => trisect::film::Film::new(settings.width, settings.height),
-            };
-            let kept = film.insert(new);
-            let stats = renderer.render_missing(kept, settings, &(0..settings.samples), &(), observer)?;
-            (film.take().unwrap_or_else(|| trisect::film::Film::new(0, 0)), None, stats)
-        }
-    };
-    if let Some(denoise) = denoise.as_ref().filter(|_| image.is_none() && !observer.has_ended()) {
-        let (denoised, passes) = renderer.denoise(&done, settings, *denoise)?;
-        stats.denoise_seconds = passes.iter().map(Duration::as_secs_f64).sum();
-        stats.denoise = Some(*denoise);
-        stats.denoise_library = denoise.library();
-        image = Some(denoised);
-    }
-    let aovs: &[_] = if observer.has_ended() { &[] } else { aovs };
-    let layers = match FrameLayers::of(renderer, (settings, &done), scene, aovs, &mut Quiet(observer)) {
-        Err(Error::Cancelled) if observer.has_ended() => FrameLayers::default(),
-        layers => layers?,
-    };
-    stats.scene.clone_from(&scene.scene.name);
-    Ok(Rendered { film: done, image, stats, layers })
-}
 
-/// Observer of the layers' camera rays, which may end them, and whose progress is not told.
-struct Quiet<'a, 'b>(&'a mut Watch<'b>);
-
-impl RenderObserver for Quiet<'_, '_> {
-    fn progress(&mut self, _: u64, _: u64) -> std::ops::ControlFlow<()> {
-        self.0.look_at_signals();
-        match self.0.should_continue() {
-            true => std::ops::ControlFlow::Continue(()),
-            false => std::ops::ControlFlow::Break(()),
+    /// Renders a frame, which rank 0 receives if there are ranks.
+    fn render_frame(
+        &self,
+        py: Python<'_>,
+        spp: Option<&Bound<'_, PyAny>>,
+        options: Option<&Bound<'_, PyDict>>,
+        ranks: Option<&Ranks>,
+    ) -> PyResult<Option<Frame>> {
+        let mut begun = self.begin(py, spp, options);
+        if let Some(ranks) = ranks {
+            begun = ranks
+                .agree(py, begun, |begun| Some((begun.header.get().identity, begun.options.samples.clone())));
         }
+        let Begun { mut alone, options, header, start: FilmStart { film, saver } } = begun?;
+        let Inner { renderer, scene } = &mut *alone.inner;
+        let scene = SceneOfLayers::from(scene.get());
+        let shared = Shared { height: options.settings.height, samples: options.samples.clone() };
+        let share = ranks.map(|ranks| ranks.share(&shared));
+        let callback = options.progress.as_ref().map(|callback| callback.clone_ref(py));
+        let mut watch = Watch::new(&self.cancel, callback, saver.as_ref(), options.request.is_some());
+        let work = Work { options: &options, share: share.as_deref(), saver: saver.as_ref() };
+        let mut kept = Kept::default();
+        let conclusion = Conclusion { scene: scene.scene, options: &options, header: &header };
+        let mut sampled = error::guarded(py, || job::sample(renderer, &work, film, &mut kept, &mut watch));
+        if let Some(ranks) = ranks {
+            if sampled.is_err() || watch.has_ended() {
+                let failed = conclusion.of(py, sampled, &mut watch, kept, saver.as_ref());
+                return ranks.agree(py, failed, |_| None).map(Some);
+            }
+            let mut own = ranks.agree(py, sampled, |_| None)?;
+            match ranks.gather(py, own.film, &shared)? {
+                None => return Ok(None),
+                Some(film) => own.film = film,
+            }
+            own.count_all();
+            sampled = Ok(own);
+        }
+        let finished = sampled.and_then(|sampled| {
+            error::guarded(py, || job::finish(renderer, &options, &scene, sampled, &mut watch))
+        });
+        conclusion.of(py, finished, &mut watch, kept, saver.as_ref()).map(Some)
     }
 }
 
@@ -233,53 +239,34 @@ impl Renderer {
     /// bar, or a callable that receives a Progress at most ten times a second; an exception that it
     /// raises ends the render. The interpreter's lock is released meanwhile; Ctrl-C raises
     /// RenderInterrupted, whose frame has the samples so far.
+    ///
+    /// checkpoint is a file that keeps all samples, written every checkpoint_every (seconds, "5m",
+    /// "1024spp"), at the end and after an interrupt. The same call with resume=True continues it to
+    /// the bits of a render that was not interrupted, and begins anew if there is no file.
+    /// sample_range is (first, end): a part of the samples, for merge().
+    ///
+    /// comm is a communicator of mpi4py, all ranks of which make the same call. Rank 0 receives the
+    /// frame of all, the others None.
     #[pyo3(
         signature = (spp = None, **options),
-        text_signature = "(self, spp=None, *, budget=None, target_error=None, max_spp=None, adaptive='auto', width=None, height=None, crop=None, depth=None, seed=0, sampler=None, roulette=None, roulette_depth=None, light_sampling=True, clamp=None, transparent=False, denoise=None, aov=(), progress=None)"
+        text_signature = "(self, spp=None, *, budget=None, target_error=None, max_spp=None, adaptive='auto', width=None, height=None, crop=None, depth=None, seed=0, sampler=None, roulette=None, roulette_depth=None, light_sampling=True, clamp=None, transparent=False, denoise=None, aov=(), progress=None, sample_range=None, checkpoint=None, checkpoint_every='30s', resume=False, comm=None)"
     )]
     fn render(
         &self,
         py: Python<'_>,
         spp: Option<&Bound<'_, PyAny>>,
         options: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<Frame> {
+    ) -> PyResult<Option<Frame>> {
         let _running = Running::begin()?;
         let _nested = Nested::begin()?;
-        let mut alone = self.alone(py)?;
-        let Inner { renderer, scene } = &mut *alone.inner;
-        let scene = scene.get();
-        let spp = spp.filter(|spp| !spp.is_none());
-        let options = RenderOptions::read(scene, spp, options)?;
-        self.cancel.store(false, Ordering::Relaxed);
-        let callback = options.progress.as_ref().map(|callback| callback.clone_ref(py));
-        let mut watch = Watch::new(&self.cancel, callback, options.request.is_some());
-        let records = &scene.inner;
-        let of = SceneOfLayers { scene: records, space: scene.space, names: &scene.names };
-        let mut kept = None;
-        let result = error::guarded(py, || rendered(renderer, &options, &of, &mut kept, &mut watch));
-        let ended = watch.has_ended();
-        let raised = watch.raised();
-        let frame = |film, image, stats, layers| {
-            Frame::new(Arc::clone(records), (film, image), stats, layers, &options.settings, !ended)
+        let comm = options.map(|options| options.get_item("comm")).transpose()?.flatten();
+        let Some(comm) = comm.filter(|comm| !comm.is_none()) else {
+            return self.render_frame(py, spp, options, None);
         };
-        match (result, raised) {
-            (Ok(Rendered { film, image, stats, layers }), None) if !ended => {
-                Ok(frame(film, image, Some(stats), layers))
-            }
-            (result, raised) => {
-                let partial = match result {
-                    Ok(Rendered { film, image, stats, layers }) => {
-                        Some(frame(film, image, Some(stats), layers))
-                    }
-                    // Another error than the end that was asked for.
-                    Err(error) if !ended => return Err(error),
-                    Err(_) => kept
-                        .filter(|film| !film.is_empty())
-                        .map(|film| frame(film, None, None, FrameLayers::default())),
-                };
-                Err(interrupted(py, raised, partial))
-            }
-        }
+        let ranks = Ranks::new(&comm)?;
+        let frame = self.render_frame(py, spp, options, Some(&ranks));
+        let freed = ranks.free(py);
+        frame.and_then(|frame| freed.map(|()| frame))
     }
 
     /// Replace the scene, from the next frame on, and keep what is the same: after an edit of a
@@ -331,55 +318,6 @@ impl Renderer {
         let (backend, name, details) = &self.device;
         format!("<Renderer on {backend}: {name} ({details})>")
     }
-}
-
-/// Returns the exception of a render that was ended: that of a callback or signal handler, else
-/// CancelledError. One of Ctrl-C has the frame so far.
-fn interrupted(py: Python<'_>, raised: Option<PyErr>, partial: Option<Frame>) -> PyErr {
-    let class = match &raised {
-        Some(error) if error.is_instance_of::<pyo3::exceptions::PyKeyboardInterrupt>(py) => {
-            "RenderInterrupted"
-        }
-        Some(_) => return raised.unwrap_or_else(|| PyErr::fetch(py)),
-        None => "CancelledError",
-    };
-    let with_frame = || -> PyResult<PyErr> {
-        let error = py.import("trisect.errors")?.getattr(class)?.call1(("the render was ended",))?;
-        error.setattr("frame", partial)?;
-        Ok(PyErr::from_value(error))
-    };
-    with_frame().unwrap_or_else(|error| error)
-}
-
-/// List the backends: each a dict with backend, devices (a list of dicts with index, name, kind and
-/// details) and error, the reason why there are none.
-#[pyfunction]
-pub fn devices(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
-    let _running = Running::begin()?;
-    let found = error::guarded(py, || Ok(device::list()))?;
-    let all = PyList::empty(py);
-    for (backend, devices) in found {
-        let entry = PyDict::new(py);
-        entry.set_item("backend", backend)?;
-        let list = PyList::empty(py);
-        match devices {
-            Ok(devices) => {
-                for device in devices {
-                    let of = PyDict::new(py);
-                    of.set_item("index", device.index)?;
-                    of.set_item("name", device.name)?;
-                    of.set_item("kind", format!("{:?}", device.kind).to_lowercase())?;
-                    of.set_item("details", device.details)?;
-                    list.append(of)?;
-                }
-                entry.set_item("error", py.None())?;
-            }
-            Err(error) => entry.set_item("error", error.to_string())?,
-        }
-        entry.set_item("devices", list)?;
-        all.append(entry)?;
-    }
-    Ok(all)
 }
 
 /// Settings and film are kept by frames.

@@ -1,4 +1,4 @@
-//! Words, times and shares among the arguments of Python.
+//! Words, numbers, times and shares among the arguments of Python.
 
 use crate::error::{self, Facts};
 use pyo3::exceptions::PyTypeError;
@@ -57,4 +57,20 @@ pub fn share(name: &str, given: &Bound<'_, PyAny>) -> PyResult<f64> {
     };
     let remedy = "write it as a fraction such as 0.01, or as \"1%\", above 0 and below 1";
     parsed.filter(|share| *share > 0.0 && *share < 1.0).ok_or_else(|| wrong(name, given, remedy))
+}
+
+/// Returns a whole number, and `None` for a bool.
+pub fn number(value: &Bound<'_, PyAny>) -> Option<u32> {
+    if value.is_instance_of::<PyBool>() { None } else { value.extract().ok() }
+}
+
+/// Returns a whole number of at least 1.
+pub fn count(name: &str, value: &Bound<'_, PyAny>) -> PyResult<u32> {
+    let number: Option<u32> = number(value).filter(|number| *number > 0);
+    number.ok_or_else(|| wrong(name, value, "it must be a whole number from 1 to 4294967295"))
+}
+
+/// Returns a bool.
+pub fn flag(name: &str, value: &Bound<'_, PyAny>) -> PyResult<bool> {
+    value.extract().map_err(|_| wrong(name, value, "it must be True or False"))
 }

@@ -14,6 +14,11 @@ needs_mypy = pytest.mark.skipif(importlib.util.find_spec("mypy") is None, reason
 PROGRAM = """
 import numpy as np
 import trisect
+from typing import Any, Optional
+class Comm:
+    def Dup(self) -> Any: ...
+    def Get_rank(self) -> int: return 0
+    def Get_size(self) -> int: return 1
 scene = trisect.Scene(
     camera=trisect.Camera((0, 0, 4), (0, 0, 0), 40), materials={"a": trisect.Lambertian((1, 0, 0))},
     objects=[trisect.Sphere((0, 0, 0), 1, "a")], sky=(1, 1, 1),
@@ -21,6 +26,8 @@ scene = trisect.Scene(
 frame = trisect.Renderer(scene, "cpu").render(4, width=16, aov=["depth"], progress=lambda p: print(p.done))
 image: np.ndarray = frame.image
 frame.save("a.png", tonemap="agx")
+film: trisect.Film = trisect.merge([frame.film, "a.ckpt"]) + trisect.Film.load("b.ckpt")
+shared: Optional[trisect.Frame] = trisect.Renderer(scene).render(4, comm=Comm(), sample_range=(0, 4))
 """
 
 

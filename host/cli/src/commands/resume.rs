@@ -61,6 +61,9 @@ fn share(film: &Film, header: &Header) -> String {
 /// Returns the command that started the render, with the options of `resume` in place of its own.
 pub fn command(arguments: &ResumeArgs, header: &Header) -> Result<RenderArgs, Error> {
     let wrong = |message: String| CheckpointError::NotACheckpoint { path: arguments.file.clone(), message };
+    if header.command.is_empty() {
+        return Err(CheckpointError::NoCommand { path: arguments.file.clone() }.into());
+    }
     let words = std::iter::once("trisect".to_owned()).chain(header.command.iter().cloned());
     let parsed = Cli::try_parse_from(words).map_err(|error| {
         wrong(format!("its command, {}, cannot be parsed: {error}", header.command.join(" ")))

@@ -28,6 +28,7 @@ from ._trisect import (
     compare,
     devices,
     evaluate,
+    merge,
     read_image,
 )
 from .errors import (
@@ -41,6 +42,7 @@ from .errors import (
     ImageError,
     LabError,
     MetricsError,
+    RankError,
     RenderInterrupted,
     SceneError,
     SceneWarning,
@@ -114,6 +116,7 @@ __all__ = [
     "LabError",
     "Lambertian",
     "Medium",
+    "merge",
     "Mesh",
     "Metal",
     "MetallicRoughness",
@@ -126,6 +129,7 @@ __all__ = [
     "Portal",
     "Progress",
     "Quad",
+    "RankError",
     "read_image",
     "Renderer",
     "RenderInterrupted",

@@ -16,6 +16,13 @@ _Aov = t.Literal[
     "samples", "uv", "cryptomatte",
 ]
 
+class _Communicator(t.Protocol):
+    """A communicator of mpi4py."""
+
+    def Dup(self) -> t.Any: ...
+    def Get_rank(self) -> int: ...
+    def Get_size(self) -> int: ...
+
 @t.final
 class Progress:
     @property
@@ -96,6 +103,9 @@ class Film:
     def width(self) -> int: ...
     @property
     def height(self) -> int: ...
+    def save(self, path: _Path) -> None: ...
+    @staticmethod
+    def load(path: _Path) -> Film: ...
     def __add__(self, other: Film, /) -> Film: ...
 
 @t.final
@@ -134,6 +144,7 @@ class Renderer:
         device: t.Optional[int] = None,
         threads: t.Optional[int] = None,
     ) -> Renderer: ...
+    @t.overload
     def render(
         self,
         spp: t.Optional[int] = None,
@@ -156,7 +167,34 @@ class Renderer:
         denoise: t.Optional[t.Literal["off", "atrous", "svgf", "oidn"]] = None,
         aov: t.Union[_Aov, t.Sequence[_Aov]] = (),
         progress: t.Union[None, bool, t.Callable[[Progress], t.Any]] = None,
+        sample_range: t.Optional[t.Tuple[int, int]] = None,
+        checkpoint: t.Optional[_Path] = None,
+        checkpoint_every: t.Union[str, float] = "30s",
+        resume: bool = False,
+        comm: None = None,
     ) -> Frame: ...
+    @t.overload
+    def render(
+        self,
+        spp: t.Optional[int] = None,
+        *,
+        width: t.Optional[int] = None,
+        height: t.Optional[int] = None,
+        crop: t.Optional[t.Tuple[float, float, float, float]] = None,
+        depth: t.Optional[int] = None,
+        seed: int = 0,
+        sampler: t.Optional[t.Literal["sobol", "independent"]] = None,
+        roulette: t.Optional[bool] = None,
+        roulette_depth: t.Optional[int] = None,
+        light_sampling: bool = True,
+        clamp: t.Optional[float] = None,
+        transparent: bool = False,
+        denoise: t.Optional[t.Literal["off", "atrous", "svgf", "oidn"]] = None,
+        aov: t.Union[_Aov, t.Sequence[_Aov]] = (),
+        progress: t.Union[None, bool, t.Callable[[Progress], t.Any]] = None,
+        sample_range: t.Optional[t.Tuple[int, int]] = None,
+        comm: _Communicator,
+    ) -> t.Optional[Frame]: ...
     def update(self, scene: Scene) -> t.Dict[str, t.Any]: ...
     def cancel(self) -> None: ...
     @property
@@ -167,6 +205,7 @@ class Renderer:
     def device(self) -> str: ...
 
 def devices() -> t.List[t.Dict[str, t.Any]]: ...
+def merge(films: t.Iterable[t.Union[Film, _Path]]) -> Film: ...
 def read_image(path: _Path) -> _Floats: ...
 def evaluate(
     images: t.Union[t.Sequence[_Image], t.Dict[str, t.Sequence[_Image]]],

@@ -78,7 +78,16 @@ class LabError(TrisectError, ValueError):
 
 
 class CheckpointError(TrisectError):
-    """A checkpoint cannot be read, written or used."""
+    """A checkpoint cannot be read, written or used.
+
+    ``frame`` has the finished render whose last checkpoint could not be written, else is ``None``.
+    """
+
+    frame: t.Optional[Frame] = None
+
+
+class RankError(TrisectError, RuntimeError):
+    """Another rank of a render failed, or renders another image. ``place`` names the rank."""
 
 
 class BusyError(TrisectError, RuntimeError):

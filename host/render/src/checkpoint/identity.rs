@@ -45,7 +45,13 @@ impl Identity {
     pub fn new(scene: &[u8; 32], settings: &Settings, renderer: &Renderer) -> Self {
         let prepared = renderer.prepared_crc(settings.width, settings.height);
         let arithmetic = arithmetic(renderer.device().info(), settings.math);
-        let mut fingerprint = renderer.fingerprint(scene, settings);
+        Self::of_parts(renderer.fingerprint(scene, settings), prepared, arithmetic)
+    }
+
+    /// Returns the identity of an image with this [fingerprint](Renderer::fingerprint),
+    /// [CRC-32 of the prepared data](Renderer::prepared_crc) and [arithmetic](arithmetic()), for
+    /// callers that no longer have the renderer.
+    pub fn of_parts(mut fingerprint: Fingerprint, prepared: u32, arithmetic: String) -> Self {
         // A film may have several arithmetics.
         fingerprint.settings.remove("math");
         Self { fingerprint, prepared: format!("{prepared:08x}"), arithmetic }

@@ -47,7 +47,8 @@ pub struct Header {
     pub identity: Identity,
     /// Name of the scene.
     pub scene: String,
-    /// Arguments of the command that began the render, without the program's name.
+    /// Arguments of the command that began the render, without the program's name. Empty for a
+    /// film that no command of the program began: a caller of the library resumes it.
     pub command: Vec<String>,
     /// Folder to which relative paths in `command` refer.
     pub folder: PathBuf,
@@ -139,18 +140,27 @@ impl Checkpoint {
     ///
     /// # Errors
     ///
+    /// Same as [`merge_film`](Self::merge_film).
+    pub fn merge(&mut self, path: &Path, other: &Self) -> Result<(), CheckpointError> {
+        self.merge_film(path, &other.header, &other.film)
+    }
+
+    /// Adds another film of the same image, with its header; `path` is its name in errors.
+    ///
+    /// # Errors
+    ///
     /// [`CheckpointError::Differs`] names the field in which they differ, [`CheckpointError::Film`]
     /// the reason for which films cannot be added, such as samples in both. Nothing is added then.
-    pub fn merge(&mut self, path: &Path, other: &Self) -> Result<(), CheckpointError> {
+    pub fn merge_film(&mut self, path: &Path, header: &Header, film: &Film) -> Result<(), CheckpointError> {
         let path = || path.to_owned();
         self.header
             .identity
-            .check(&other.header.identity)
+            .check(&header.identity)
             .map_err(|difference| CheckpointError::Differs { path: path(), difference })?;
-        self.film.add(&other.film).map_err(|source| CheckpointError::Film { path: path(), source })?;
-        self.header.identity.add_rounding(&other.header.identity.arithmetic);
-        self.header.seconds += other.header.seconds;
-        let (a, b) = (&self.header.samples, &other.header.samples);
+        self.film.add(film).map_err(|source| CheckpointError::Film { path: path(), source })?;
+        self.header.identity.add_rounding(&header.identity.arithmetic);
+        self.header.seconds += header.seconds;
+        let (a, b) = (&self.header.samples, &header.samples);
         self.header.samples = a.start.min(b.start)..a.end.max(b.end);
         Ok(())
     }

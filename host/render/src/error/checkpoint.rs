@@ -3,7 +3,7 @@
 use crate::film::FilmError;
 use std::fmt;
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 /// Checkpoint that cannot be read, written or used.
@@ -70,6 +70,15 @@ pub enum CheckpointError {
         /// The part of the command.
         what: String,
     },
+    /// No command of the program began the render of the checkpoint.
+    #[error(
+        "{}: a caller of the library, such as a Python script, began this render, so there is no command to resume; continue it there, or write its image by `trisect merge`",
+        path.display()
+    )]
+    NoCommand {
+        /// The file.
+        path: PathBuf,
+    },
     /// Another process wrote the file since this render began, or since this render wrote it last.
     #[error(
         "{}: another process wrote this file meanwhile, so it was not replaced; use a different `checkpoint` for each render",
@@ -85,6 +94,23 @@ pub enum CheckpointError {
         /// The file.
         path: PathBuf,
     },
+}
+
+impl CheckpointError {
+    /// Returns the file that the error is about, if it is about one.
+    pub fn path(&self) -> Option<&Path> {
+        match self {
+            Self::Io { path, .. }
+            | Self::NotACheckpoint { path, .. }
+            | Self::Format { path, .. }
+            | Self::Differs { path, .. }
+            | Self::Film { path, .. }
+            | Self::NoCommand { path }
+            | Self::Taken { path }
+            | Self::Exists { path } => Some(path),
+            Self::Unsupported { .. } | Self::NoText { .. } => None,
+        }
+    }
 }
 
 /// First field in which two identities differ.

@@ -67,6 +67,15 @@ impl SampleCoverage {
         together(gaps.iter().map(Vec::as_slice))
     }
 
+    /// Returns the samples of `part` that are not held, as blocks in the order of
+    /// [`parts`](Self::parts).
+    pub fn missing_in(&self, part: &SampleBlock) -> Vec<SampleBlock> {
+        let within = |Range { start, end }: Range<u32>| start.max(part.rows.start)..end.min(part.rows.end);
+        let missing = self.missing(&part.samples).into_iter();
+        let inside = missing.map(|block| SampleBlock { rows: within(block.rows), ..block });
+        inside.filter(|block| !block.rows.is_empty()).collect()
+    }
+
     /// Adds the block `part`; rows beyond the image are ignored.
     ///
     /// # Errors
@@ -201,6 +210,9 @@ mod tests {
         assert_eq!(one.missing(&(0..1024)), missing);
         assert_eq!(one.missing(&(300..400)), [part(0..1, 300..400), part(3..4, 300..400)]);
         assert_eq!(one.missing(&(0..256)), []);
+        assert_eq!(one.missing_in(&part(2..4, 0..768)), [part(3..4, 256..768), part(2..3, 512..768)]);
+        assert_eq!(one.missing_in(&part(1..3, 0..512)), []);
+        assert_eq!(one.missing_in(&part(4..9, 0..512)), []);
         // What was held and what was missing together are all samples.
         missing.iter().for_each(|part| one.insert(part).unwrap());
         assert_eq!(one.parts(), [part(0..4, 0..1024)]);

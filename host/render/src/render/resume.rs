@@ -85,6 +85,26 @@ impl Renderer {
         self.render_samples(film, settings, samples, keeper, observer)
     }
 
+    /// Renders as [`render_missing`](Self::render_missing) does, but only the samples of `parts`,
+    /// no two of which overlap. No part at all leaves the film as it is.
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`render_missing`](Self::render_missing), and [`FilmError::Overlap`] for parts
+    /// that overlap.
+    pub fn render_parts(
+        &mut self,
+        film: &mut Film,
+        settings: &Settings,
+        parts: &[SampleBlock],
+        keeper: &dyn FilmObserver,
+        observer: &mut dyn RenderObserver,
+    ) -> Result<RenderStats, Error> {
+        parts.iter().try_for_each(|part| settings.check_part(part))?;
+        let missing: Vec<_> = parts.iter().flat_map(|part| film.coverage.missing_in(part)).collect();
+        self.render_blocks(film, settings, &missing, keeper, observer)
+    }
+
     /// Renders as [`render_missing`](Self::render_missing) does; the samples may split a chunk.
     pub(crate) fn render_samples(
         &mut self,
@@ -94,19 +114,31 @@ impl Renderer {
         keeper: &dyn FilmObserver,
         observer: &mut dyn RenderObserver,
     ) -> Result<RenderStats, Error> {
-        let (kernel, mut stats) = self.begin(settings, film.bytes())?;
         settings.check_samples(samples)?;
+        let missing = film.coverage.missing(samples);
+        self.render_blocks(film, settings, &missing, keeper, observer)
+    }
+
+    /// Renders blocks that the film lacks.
+    fn render_blocks(
+        &mut self,
+        film: &mut Film,
+        settings: &Settings,
+        missing: &[SampleBlock],
+        keeper: &dyn FilmObserver,
+        observer: &mut dyn RenderObserver,
+    ) -> Result<RenderStats, Error> {
+        let (kernel, mut stats) = self.begin(settings, film.bytes())?;
         check_film(film, settings)?;
         let start = Instant::now();
         let was_empty = film.is_empty();
         let before = if was_empty { FilmCounts::default() } else { film.counts() };
-        let missing = film.coverage.missing(samples);
         let total = missing.iter().map(SampleBlock::size).sum::<u64>() * u64::from(settings.width);
         let whole_frames = self.device().info().kind == DeviceKind::Gpu || settings.sums == Summation::Device;
         let mut speed = PartSizer::unknown(DeviceKind::Cpu, settings.pixels());
         let (mut done, mut blocks, mut counts) = (0, 0, None);
         let mut took = PipelineTiming::default();
-        for part in &missing {
+        for part in missing {
             let all: Vec<Range<u32>> = chunks(part.samples.clone()).collect();
             let at_once = if whole_frames { all.len() } else { 1 };
             for chunks in all.chunks(at_once.max(1)) {

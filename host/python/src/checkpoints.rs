@@ -1,0 +1,105 @@
+//! Checkpoints of a render: the film with which it starts, and the file that keeps it.
+
+use crate::header::LazyHeader;
+use crate::options::RenderOptions;
+use crate::words::{number, time, wrong};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use std::ops::Range;
+use std::path::PathBuf;
+use trisect::checkpoint::{self, Checkpoint, CheckpointError, Place, SaveInterval, Saver};
+use trisect::error::Error;
+use trisect::film::{Film, SampleBlock, SampleCoverage};
+use trisect::render::FilmObserver;
+
+/// File that keeps the film of a render.
+pub struct CheckpointOptions {
+    /// Path of the file.
+    pub path: PathBuf,
+    /// Interval between checkpoints.
+    pub every: SaveInterval,
+    /// True if the render continues a file that exists.
+    pub resumes: bool,
+}
+
+/// Film with which a render starts.
+pub struct FilmStart {
+    /// Film: empty, or that of the checkpoint to continue.
+    pub film: Film,
+    /// Writer of the checkpoint, if there is one.
+    pub saver: Option<Saver>,
+}
+
+impl FilmStart {
+    /// Returns the start of a render, whose film has this header.
+    ///
+    /// # Errors
+    ///
+    /// [`CheckpointError`] for a file that cannot be written, that exists although the render does
+    /// not resume it, or that is not of this image; [`Error::Settings`] for settings out of range.
+    pub fn new(options: &RenderOptions, header: &LazyHeader) -> Result<Self, Error> {
+        let RenderOptions { settings, samples, checkpoint, .. } = options;
+        settings.check()?;
+        settings.check_part(&SampleBlock { rows: 0..settings.height, samples: samples.clone() })?;
+        let new = if settings.guides { Film::with_aovs } else { Film::new };
+        let Some(CheckpointOptions { path, every, resumes }) = checkpoint else {
+            return Ok(Self { film: new(settings.width, settings.height), saver: None });
+        };
+        if !path.exists() {
+            checkpoint::probe(path)?;
+            // The saver copies the film before it writes it.
+            settings.check_with(Film::bytes_per_pixel(settings.guides))?;
+            let saver = Saver::new(path, header.get(), *every);
+            return Ok(Self { film: new(settings.width, settings.height), saver: Some(saver) });
+        }
+        if !resumes {
+            return Err(CheckpointError::Exists { path: path.clone() }.into());
+        }
+        let place = Place::of(path);
+        let Checkpoint { header: mut before, film } = Checkpoint::read(path)?;
+        let differs = |difference| CheckpointError::Differs { path: path.clone(), difference };
+        header.get().identity.check(&before.identity).map_err(differs)?;
+        checkpoint::probe(path)?;
+        before.samples = before.samples.start.min(samples.start)..before.samples.end.max(samples.end);
+        let saver = Saver::resume(place, before, *every, &film);
+        Ok(Self { film, saver: Some(saver) })
+    }
+}
+
+/// Observer of a film, which it saves if there is a saver.
+pub struct Keeper<'a>(pub Option<&'a Saver>);
+
+impl FilmObserver for Keeper<'_> {
+    fn wants_film(&self, coverage: &SampleCoverage) -> bool {
+        self.0.is_some_and(|saver| saver.is_due(coverage))
+    }
+
+    fn part_added(&self, film: &Film) {
+        if let Some(saver) = self.0 {
+            saver.save_if_due(film);
+        }
+    }
+}
+
+/// Returns the indices of samples, of which the end is excluded.
+pub fn samples(value: &Bound<'_, PyAny>) -> PyResult<Range<u32>> {
+    let ends: Option<[Bound<'_, PyAny>; 2]> = value.extract().ok();
+    let ends = ends.and_then(|[first, end]| Some(number(&first)?..number(&end)?));
+    let remedy = "it must be (first, end): multiples of 256, or the number of samples as the end";
+    ends.filter(|samples| !samples.is_empty()).ok_or_else(|| wrong("sample_range", value, remedy))
+}
+
+/// Returns the path of a file.
+pub fn path(name: &str, value: &Bound<'_, PyAny>) -> PyResult<PathBuf> {
+    value.extract().map_err(|_| PyTypeError::new_err(format!("{name} must be the path of a file")))
+}
+
+/// Returns an interval between checkpoints: a time or a number of samples.
+pub fn interval(name: &str, value: &Bound<'_, PyAny>) -> PyResult<SaveInterval> {
+    match value.extract::<String>() {
+        Ok(text) => {
+            text.parse().map_err(|_| wrong(name, value, "write it as \"30s\", \"5m\" or \"1024spp\""))
+        }
+        Err(_) => Ok(SaveInterval::Time(time(name, value)?)),
+    }
+}
