@@ -5,10 +5,12 @@
 
 mod array;
 mod compare;
+mod device;
 mod error;
 mod evaluate;
 mod film;
 mod frame;
+mod lab;
 mod layers;
 mod lifecycle;
 mod observer;
@@ -26,15 +28,23 @@ mod _trisect {
     #[pymodule_export]
     use super::compare::{compare, read_image};
     #[pymodule_export]
+    use super::device::devices;
+    #[pymodule_export]
     use super::evaluate::evaluate;
     #[pymodule_export]
     use super::film::Film;
     #[pymodule_export]
     use super::frame::Frame;
     #[pymodule_export]
+    use super::lab::LabProgress;
+    #[pymodule_export]
+    use super::lab::converge::{Convergence, converge};
+    #[pymodule_export]
+    use super::lab::tradeoff::{Tradeoff, tradeoff};
+    #[pymodule_export]
     use super::observer::Progress;
     #[pymodule_export]
-    use super::renderer::{Renderer, devices};
+    use super::renderer::Renderer;
     #[pymodule_export]
     use super::scene::Scene;
     use pyo3::prelude::*;

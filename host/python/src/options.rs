@@ -11,6 +11,10 @@ use trisect::denoise::{Denoiser, Filter};
 use trisect::layers::Aov;
 use trisect::render::{Sampler, Settings};
 
+/// Keywords of a render that are settings of a measurement, too.
+pub const SETTINGS: [&str; 8] =
+    ["width", "height", "depth", "sampler", "roulette", "roulette_depth", "light_sampling", "clamp"];
+
 /// Denoisers by name.
 const DENOISERS: [(&str, Option<Denoise>); 4] = [
     ("off", None),
@@ -86,16 +90,35 @@ impl RenderOptions {
         }
         for (name, value) in keywords.into_iter().flatten() {
             let name: String = name.extract()?;
-            if !value.is_none() {
-                given.read(&name, &value, &mut settings)?;
+            if !value.is_none() && !given.read(&name, &value, &mut settings)? {
+                return Err(unexpected("render", &name));
             }
         }
         given.combine(settings, spp.is_some())
     }
+
+    /// Reads the settings of a measurement, which are among [`SETTINGS`].
+    ///
+    /// # Errors
+    ///
+    /// `SettingsError` for a value out of range.
+    pub fn settings(scene: &Scene, keywords: &[(String, Bound<'_, PyAny>)]) -> PyResult<Settings> {
+        let (mut settings, mut given) = (Settings::of(&scene.inner), Given::default());
+        for (name, value) in keywords {
+            given.read(name, value, &mut settings)?;
+        }
+        Ok(given.combine(settings, false)?.settings)
+    }
+}
+
+/// Returns the error for an unknown keyword of a function.
+pub fn unexpected(function: &str, name: &str) -> PyErr {
+    PyTypeError::new_err(format!("{function}() got an unexpected keyword argument {name:?}"))
 }
 
 impl Given {
-    fn read(&mut self, name: &str, value: &Bound<'_, PyAny>, settings: &mut Settings) -> PyResult<()> {
+    /// Reads a keyword. Returns false for an unknown one.
+    fn read(&mut self, name: &str, value: &Bound<'_, PyAny>, settings: &mut Settings) -> PyResult<bool> {
         match name {
             "width" => self.width = Some(count(name, value)?),
             "height" => self.height = Some(count(name, value)?),
@@ -129,13 +152,10 @@ impl Given {
                 self.adaptive = Some(word(name, value, &words)?);
             }
             "aov" => self.aovs = aovs(value)?,
-            "progress" => self.progress = progress(value)?,
-            _ => {
-                let message = format!("render() got an unexpected keyword argument {name:?}");
-                return Err(PyTypeError::new_err(message));
-            }
+            "progress" => self.progress = progress(value, "bar")?,
+            _ => return Ok(false),
         }
-        Ok(())
+        Ok(true)
     }
 
     fn combine(self, mut settings: Settings, has_spp: bool) -> PyResult<RenderOptions> {
@@ -213,12 +233,12 @@ impl Given {
 }
 
 /// Returns a whole number, and `None` for a bool.
-fn number(value: &Bound<'_, PyAny>) -> Option<u32> {
+pub fn number(value: &Bound<'_, PyAny>) -> Option<u32> {
     if value.is_instance_of::<PyBool>() { None } else { value.extract().ok() }
 }
 
 /// Returns a whole number of at least 1.
-fn count(name: &str, value: &Bound<'_, PyAny>) -> PyResult<u32> {
+pub fn count(name: &str, value: &Bound<'_, PyAny>) -> PyResult<u32> {
     let number: Option<u32> = number(value).filter(|number| *number > 0);
     number.ok_or_else(|| wrong(name, value, "it must be a whole number from 1 to 4294967295"))
 }
@@ -266,11 +286,12 @@ fn aovs(value: &Bound<'_, PyAny>) -> PyResult<Vec<Aov>> {
     Ok(found)
 }
 
-/// Returns the callable that receives the progress: the caller's, or for True a bar.
-fn progress(value: &Bound<'_, PyAny>) -> PyResult<Option<Py<PyAny>>> {
+/// Returns the callable that receives the progress: the caller's, or for True that of the function
+/// `bar` of `trisect._progress`.
+pub fn progress(value: &Bound<'_, PyAny>, bar: &str) -> PyResult<Option<Py<PyAny>>> {
     match value.extract::<bool>() {
         Ok(false) => Ok(None),
-        Ok(true) => Ok(Some(value.py().import("trisect._progress")?.call_method0("bar")?.unbind())),
+        Ok(true) => Ok(Some(value.py().import("trisect._progress")?.call_method0(bar)?.unbind())),
         Err(_) if value.is_callable() => Ok(Some(value.clone().unbind())),
         Err(_) => Err(wrong("progress", value, "it must be True, False or a callable")),
     }

@@ -1,5 +1,6 @@
 //! Renderer: a scene on a device.
 
+use crate::device::DeviceChoice;
 use crate::error::{self, Facts};
 use crate::film::Film;
 use crate::frame::Frame;
@@ -8,9 +9,8 @@ use crate::lifecycle::{Running, is_forked};
 use crate::observer::Watch;
 use crate::options::RenderOptions;
 use crate::scene::Scene;
-use crate::words::word;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use pyo3::types::PyDict;
 use std::cell::Cell;
 use std::mem::ManuallyDrop;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -18,16 +18,10 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::thread::{self, ThreadId};
 use std::time::Duration;
 use trisect::adaptive::{self, Goal, Sampled};
-use trisect::device::{self, Choice};
 use trisect::error::Error;
 use trisect::image::Image;
 use trisect::render::{RenderObserver, Settings};
 use trisect::stats::RenderStats;
-use trisect::threads::{MAX_THREADS, start_shared};
-
-/// Backends by name.
-const BACKENDS: [(&str, Choice); 4] =
-    [("auto", Choice::Auto), ("cpu", Choice::Cpu), ("wgpu", Choice::Wgpu), ("cuda", Choice::Cuda)];
 
 /// Renderer and scene that one thread at a time uses.
 struct Inner {
@@ -72,15 +66,20 @@ impl Drop for Alone<'_> {
 const MAX_NESTED: u32 = 16;
 
 thread_local! {
-    /// Number of renders of this thread that run.
+    /// Number of renders and measurements of this thread that run.
     static NESTED: Cell<u32> = const { Cell::new(0) };
 }
 
-/// A render of this thread that runs.
-struct Nested(());
+/// A render or measurement of this thread that runs.
+pub struct Nested(());
 
 impl Nested {
-    fn begin() -> PyResult<Self> {
+    /// Begins a render or measurement.
+    ///
+    /// # Errors
+    ///
+    /// `BusyError` if too many run in each other's progress callbacks.
+    pub fn begin() -> PyResult<Self> {
         if NESTED.get() >= MAX_NESTED {
             let message =
                 format!("{MAX_NESTED} renders run in each other's progress callbacks; return from them");
@@ -202,19 +201,10 @@ impl Renderer {
         threads: Option<usize>,
     ) -> PyResult<Self> {
         let _running = Running::begin()?;
-        if threads.is_some_and(|threads| threads > MAX_THREADS) {
-            let message =
-                format!("threads must be from 1 to {MAX_THREADS}, or 0 for one for each logical core");
-            return Err(error::raise("SettingsError", message, Facts { kind: "Value", ..Facts::default() }));
-        }
-        let choice = backend.map_or(Ok(Choice::Auto), |backend| word("backend", backend, &BACKENDS))?;
+        let choice = DeviceChoice::read(backend, device, threads)?;
         let records = Arc::clone(&scene.get().inner);
         let (renderer, device) = error::guarded(py, || {
-            if choice == Choice::Auto && device.is_some() {
-                return Err(trisect::settings::SettingsError::DeviceWithoutBackend.into());
-            }
-            start_shared(threads)?;
-            let selection = device::open(choice, device, threads)?;
+            let selection = choice.open()?;
             let info = selection.device.info();
             let device = (info.backend, info.name.clone(), info.details.clone());
             let renderer = trisect::render::Renderer::new(selection.device, &records)?;
@@ -349,37 +339,6 @@ fn interrupted(py: Python<'_>, raised: Option<PyErr>, partial: Option<Frame>) ->
         Ok(PyErr::from_value(error))
     };
     with_frame().unwrap_or_else(|error| error)
-}
-
-/// List the backends: each a dict with backend, devices (a list of dicts with index, name, kind and
-/// details) and error, the reason why there are none.
-#[pyfunction]
-pub fn devices(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
-    let _running = Running::begin()?;
-    let found = error::guarded(py, || Ok(device::list()))?;
-    let all = PyList::empty(py);
-    for (backend, devices) in found {
-        let entry = PyDict::new(py);
-        entry.set_item("backend", backend)?;
-        let list = PyList::empty(py);
-        match devices {
-            Ok(devices) => {
-                for device in devices {
-                    let of = PyDict::new(py);
-                    of.set_item("index", device.index)?;
-                    of.set_item("name", device.name)?;
-                    of.set_item("kind", format!("{:?}", device.kind).to_lowercase())?;
-                    of.set_item("details", device.details)?;
-                    list.append(of)?;
-                }
-                entry.set_item("error", py.None())?;
-            }
-            Err(error) => entry.set_item("error", error.to_string())?,
-        }
-        entry.set_item("devices", list)?;
-        all.append(entry)?;
-    }
-    Ok(all)
 }
 
 /// Settings and film are kept by frames.

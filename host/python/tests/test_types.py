@@ -21,6 +21,9 @@ scene = trisect.Scene(
 frame = trisect.Renderer(scene, "cpu").render(4, width=16, aov=["depth"], progress=lambda p: print(p.done))
 image: np.ndarray = frame.image
 frame.save("a.png", tonemap="agx")
+found = trisect.tradeoff(scene, knobs=["depth"], spp=[1, 4], seeds=4, progress=lambda p: print(p.stage))
+errors = [row["error"] for row in found.table]
+found.plot().set_title(found.advice)
 """
 
 
@@ -49,7 +52,7 @@ def test_everything_has_a_docstring():
         of = getattr(trisect, name)
         if isinstance(of, type) and of.__module__.startswith("trisect"):
             assert of.__doc__ and "(" not in of.__doc__[:1], name
-    for of in (trisect.Scene, trisect.Renderer, trisect.Frame, trisect.Film):
+    for of in (trisect.Scene, trisect.Renderer, trisect.Frame, trisect.Film, trisect.Tradeoff, trisect.Convergence):
         for name, member in vars(of).items():
             if not name.startswith("_"):
                 assert getattr(member, "__doc__", None), f"{of.__name__}.{name}"
