@@ -13,7 +13,6 @@ from test_scenes import small
 
 KNOBS = ["sampler", "clamp", "scale"]
 SIZE = dict(backend="cpu", width=16, height=16, seeds=4, reference_spp=16)
-WORDS = ["--backend", "cpu", "--width", "16", "--height", "16", "--seeds", "4", "--reference-spp", "16"]
 
 
 def faults(root, name, report):
@@ -60,10 +59,12 @@ def curves(scene, cache):
 def printed(program, root, cache, tmp_path_factory):
     """Runs a command of the program for the same measurement, and returns its JSON."""
 
-    def run(command, *words):
+    def run(command, *words, size=16):
+        words += "--backend", "cpu", "--width", str(size), "--height", str(size), "--seeds", "4"
+        words += "--reference-spp", "16", "--cache", cache, "--json"
         words = [program, command, root / "scenes" / "cornell_box.ron", "--set", "camera.vertical_fov=39", *words]
         folder = tmp_path_factory.mktemp("program")
-        process = subprocess.run([*words, *WORDS, "--cache", cache, "--json"], cwd=folder, capture_output=True)
+        process = subprocess.run(words, cwd=folder, capture_output=True)
         assert process.returncode == 0, process.stderr
         return json.loads(process.stdout), folder
 
@@ -97,10 +98,9 @@ def test_the_program_measures_the_same_curves(printed, curves):
 
 
 def test_defaults_are_those_of_the_program(printed, scene, cache):
-    words = "--width 8 --height 8 --reference-spp 4".split()
-    tradeoff, _ = printed("tradeoff", "--levels", "1", "-q", *words)
-    converge, _ = printed("converge", "--first", "1", "--last", "4", *words)
-    tiny = dict(SIZE, width=8, height=8, reference_spp=4, cache=cache)
+    tradeoff, _ = printed("tradeoff", "--levels", "1", "-q", size=8)
+    converge, _ = printed("converge", "--first", "1", "--last", "4", size=8)
+    tiny = dict(SIZE, width=8, height=8, cache=cache)
     names = lambda report: [(point["knob"], point["level"]) for point in report["points"] + report["missing"]]
     assert names(trisect.tradeoff(scene, spp=1, **tiny).report) == names(tradeoff)
     modes = lambda report: [course["mode"] for course in report["courses"]]
@@ -191,26 +191,26 @@ def test_charts_need_matplotlib(measured, monkeypatch):
         measured.plot()
 
 
-# The second level never ends.
-ENDLESS = "knobs='sampler', spp=[1, 10_000_000], seeds=4, reference_spp=4, backend='cpu', width=16, height=16, cache='.'"
+TINY = "knobs='sampler', seeds=4, reference_spp=4, backend='cpu', width=16, height=16, cache='.', progress=told"
 
 
 @pytest.mark.parametrize(
-    "call, measured",
+    "call, stage, send, measured",
     [
-        (f"tradeoff(scene, {ENDLESS}, progress=told)", "points"),
-        (f"converge(scene, {ENDLESS.replace('spp=[1, 10_000_000]', 'first=1, last=1 << 24')}, progress=told)", "courses"),
+        # The second level never ends, and the signal comes from another thread.
+        (f"tradeoff(scene, spp=[1, 10_000_000], {TINY})", "10000000", "threading.Timer(0.1, interrupt).start()", "points"),
+        (f"converge(scene, first=1, last=64, {TINY})", " 16 ", "interrupt()", "courses"),
     ],
 )
-def test_ctrl_c_ends_a_measurement(python, call, measured):
-    """The signal comes from another thread, once an endless stage has begun."""
+def test_ctrl_c_ends_a_measurement(python, call, stage, send, measured):
     code = (
         "import os, signal, threading, trisect\n"
         "scene, sent = trisect.Scene.hello_world(), []\n"
+        "def interrupt(): os.kill(os.getpid(), signal.SIGINT)\n"
         "def told(p):\n"
-        "    if not sent and ('10000000' in p.stage or ' 1024 ' in p.stage):\n"
-        "        sent.append(threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGINT)))\n"
-        "        sent[0].start()\n"
+        f"    if not sent and '{stage}' in p.stage:\n"
+        "        sent.append(p)\n"
+        f"        {send}\n"
         f"try: trisect.{call}\n"
         "except KeyboardInterrupt as error:\n"
         "    result = error.result\n"
