@@ -165,17 +165,18 @@ fn a_budget_takes_the_library_if_it_helps() {
     let folder = Temporary::new("oidn", "budget");
     let Some(library) = fake(&folder, "fake.so", &[]) else { return };
     let [scene, out] = ["plane.ron", "out.pfm"].map(|name| folder.file(name));
-    let plane = "Scene(version: 1, image: (width: 320, height: 180), \
+    let plane = "Scene(version: 1, image: (width: 160, height: 90), \
         camera: (look_from: (0, 3, 0.1), look_at: (0, 0, 0), vertical_fov: 20), \
-        sky: Gradient(bottom: (0, 0, 0), top: (1, 1, 1)), \
-        materials: { \"a\": Lambertian(albedo: (0.5, 0.5, 0.5)) }, \
-        objects: [Plane(point: (0, 0, 0), normal: (0, 1, 0), material: \"a\")])";
+        materials: { \"a\": Lambertian(albedo: (0.5, 0.5, 0.5)), \"lamp\": Emissive(radiance: (4, 4, 4)) }, \
+        objects: [Plane(point: (0, 0, 0), normal: (0, 1, 0), material: \"a\"), \
+        Sphere(center: (0, 100, 0), radius: 40, material: \"lamp\")])";
     std::fs::write(&scene, plane).unwrap();
     let arguments = [
         "render",
         &scene,
         "--backend=cpu",
-        "--budget=300ms",
+        "--budget=1s",
+        "--light-sampling=off",
         "--sampler=independent",
         "-q",
         "-o",

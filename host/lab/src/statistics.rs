@@ -7,6 +7,9 @@ pub use trisect::adaptive::mean_and_error;
 /// Coverage of confidence intervals, unless another is stated.
 pub const CONFIDENCE: f64 = 0.95;
 
+/// Degrees of freedom that stand for more of them. With 1e10, statrs does not end.
+const MANY: f64 = 1e6;
+
 /// Estimate with the interval that covers the truth in [`CONFIDENCE`] of all cases.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -49,10 +52,8 @@ impl Interval {
 /// Returns half the width, in standard errors, of the interval that covers `confidence` of
 /// Student's distribution; infinity without degrees of freedom.
 pub fn quantile(confidence: f64, freedom: f64) -> f64 {
-    match StudentsT::new(0.0, 1.0, freedom) {
-        Ok(distribution) if freedom.is_finite() => distribution.inverse_cdf(0.5 + 0.5 * confidence),
-        // A million degrees of freedom stand for infinitely many.
-        _ if freedom.is_infinite() => quantile(confidence, 1e6),
+    match StudentsT::new(0.0, 1.0, freedom.min(MANY)) {
+        Ok(distribution) if !freedom.is_nan() => distribution.inverse_cdf(0.5 + 0.5 * confidence),
         _ => f64::INFINITY,
     }
 }
@@ -101,7 +102,7 @@ pub fn welch(a: (f64, f64, f64), b: (f64, f64, f64)) -> Welch {
 
 /// Returns the probability of a value at least as far from 0, by Student's distribution.
 fn two_sided(t: f64, freedom: f64) -> f64 {
-    match StudentsT::new(0.0, 1.0, freedom.clamp(1e-3, 1e6)) {
+    match StudentsT::new(0.0, 1.0, freedom.clamp(1e-3, MANY)) {
         Ok(distribution) => 2.0 * distribution.cdf(-t.abs()),
         Err(_) => 1.0,
     }
@@ -126,6 +127,10 @@ mod tests {
             assert!((quantile(0.95, freedom) - want).abs() < 1e-3);
         }
         assert_eq!(quantile(0.95, 0.0), f64::INFINITY);
+        assert_eq!(quantile(0.95, f64::NAN), f64::INFINITY);
+        for many in [1e6, 8_809_818_621.345_17, 1e300] {
+            assert_eq!(quantile(0.95, many), quantile(0.95, f64::INFINITY));
+        }
         let interval = Interval::of_mean(&[1.0, 2.0, 3.0]);
         // t of two degrees of freedom is 4.303, the error 1/sqrt(3).
         assert!((interval.high - (2.0 + 4.303 / 3f64.sqrt())).abs() < 1e-3 && interval.covers(2.0));

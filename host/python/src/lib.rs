@@ -7,13 +7,14 @@ mod array;
 mod checkpoints;
 mod compare;
 mod conclusion;
-mod devices;
+mod device;
 mod error;
 mod evaluate;
 mod film;
 mod frame;
 mod header;
 mod job;
+mod lab;
 mod layers;
 mod lifecycle;
 mod observer;
@@ -32,13 +33,19 @@ mod _trisect {
     #[pymodule_export]
     use super::compare::{compare, read_image};
     #[pymodule_export]
-    use super::devices::devices;
+    use super::device::devices;
     #[pymodule_export]
     use super::evaluate::evaluate;
     #[pymodule_export]
     use super::film::{Film, merge};
     #[pymodule_export]
     use super::frame::Frame;
+    #[pymodule_export]
+    use super::lab::LabProgress;
+    #[pymodule_export]
+    use super::lab::converge::{Convergence, converge};
+    #[pymodule_export]
+    use super::lab::tradeoff::{Tradeoff, tradeoff};
     #[pymodule_export]
     use super::observer::Progress;
     #[pymodule_export]

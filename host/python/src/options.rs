@@ -15,6 +15,10 @@ use trisect::denoise::{Denoiser, Filter};
 use trisect::layers::Aov;
 use trisect::render::{Sampler, Settings};
 
+/// Keywords of a render that are settings of a measurement, too.
+pub const SETTINGS: [&str; 8] =
+    ["width", "height", "depth", "sampler", "roulette", "roulette_depth", "light_sampling", "clamp"];
+
 /// Denoisers by name.
 const DENOISERS: [(&str, Option<Denoise>); 4] = [
     ("off", None),
@@ -99,16 +103,35 @@ impl RenderOptions {
         }
         for (name, value) in keywords.into_iter().flatten() {
             let name: String = name.extract()?;
-            if !value.is_none() {
-                given.read(&name, &value, &mut settings)?;
+            if !value.is_none() && !given.read(&name, &value, &mut settings)? {
+                return Err(unexpected("render", &name));
             }
         }
         given.combine(settings, spp.is_some())
     }
+
+    /// Reads the settings of a measurement, which are among [`SETTINGS`].
+    ///
+    /// # Errors
+    ///
+    /// `SettingsError` for a value out of range.
+    pub fn settings(scene: &Scene, keywords: &[(String, Bound<'_, PyAny>)]) -> PyResult<Settings> {
+        let (mut settings, mut given) = (Settings::of(&scene.inner), Given::default());
+        for (name, value) in keywords {
+            given.read(name, value, &mut settings)?;
+        }
+        Ok(given.combine(settings, false)?.settings)
+    }
+}
+
+/// Returns the error for an unknown keyword of a function.
+pub fn unexpected(function: &str, name: &str) -> PyErr {
+    PyTypeError::new_err(format!("{function}() got an unexpected keyword argument {name:?}"))
 }
 
 impl Given {
-    fn read(&mut self, name: &str, value: &Bound<'_, PyAny>, settings: &mut Settings) -> PyResult<()> {
+    /// Reads a keyword. Returns false for an unknown one.
+    fn read(&mut self, name: &str, value: &Bound<'_, PyAny>, settings: &mut Settings) -> PyResult<bool> {
         match name {
             "width" => self.width = Some(count(name, value)?),
             "height" => self.height = Some(count(name, value)?),
@@ -142,18 +165,15 @@ impl Given {
                 self.adaptive = Some(word(name, value, &words)?);
             }
             "aov" => self.aovs = aovs(value)?,
-            "progress" => self.progress = progress(value)?,
+            "progress" => self.progress = progress(value, "bar")?,
             "sample_range" => self.samples = Some(samples(value)?),
             "checkpoint" => self.checkpoint = Some(path(name, value)?),
             "checkpoint_every" => self.every = Some(interval(name, value)?),
             "resume" => self.resumes = Some(flag(name, value)?),
             "comm" => self.has_ranks = true,
-            _ => {
-                let message = format!("render() got an unexpected keyword argument {name:?}");
-                return Err(PyTypeError::new_err(message));
-            }
+            _ => return Ok(false),
         }
-        Ok(())
+        Ok(true)
     }
 
     fn combine(mut self, mut settings: Settings, has_spp: bool) -> PyResult<RenderOptions> {
@@ -297,11 +317,12 @@ fn aovs(value: &Bound<'_, PyAny>) -> PyResult<Vec<Aov>> {
     Ok(found)
 }
 
-/// Returns the callable that receives the progress: the caller's, or for True a bar.
-fn progress(value: &Bound<'_, PyAny>) -> PyResult<Option<Py<PyAny>>> {
+/// Returns the callable that receives the progress: the caller's, or for True that of the function
+/// `bar` of `trisect._progress`.
+pub fn progress(value: &Bound<'_, PyAny>, bar: &str) -> PyResult<Option<Py<PyAny>>> {
     match value.extract::<bool>() {
         Ok(false) => Ok(None),
-        Ok(true) => Ok(Some(value.py().import("trisect._progress")?.call_method0("bar")?.unbind())),
+        Ok(true) => Ok(Some(value.py().import("trisect._progress")?.call_method0(bar)?.unbind())),
         Err(_) if value.is_callable() => Ok(Some(value.clone().unbind())),
         Err(_) => Err(wrong("progress", value, "it must be True, False or a callable")),
     }

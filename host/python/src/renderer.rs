@@ -2,6 +2,7 @@
 
 use crate::checkpoints::FilmStart;
 use crate::conclusion::Conclusion;
+use crate::device::DeviceChoice;
 use crate::error::{self, Facts};
 use crate::film::Film;
 use crate::frame::Frame;
@@ -13,7 +14,6 @@ use crate::observer::Watch;
 use crate::options::RenderOptions;
 use crate::ranks::{Ranks, Shared};
 use crate::scene::Scene;
-use crate::words::word;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::cell::Cell;
@@ -22,13 +22,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::thread::{self, ThreadId};
 use std::time::Duration;
-use trisect::device::{self, Choice};
 use trisect::render::Settings;
-use trisect::threads::{MAX_THREADS, start_shared};
-
-/// Backends by name.
-const BACKENDS: [(&str, Choice); 4] =
-    [("auto", Choice::Auto), ("cpu", Choice::Cpu), ("wgpu", Choice::Wgpu), ("cuda", Choice::Cuda)];
 
 /// Renderer and scene that one thread at a time uses.
 struct Inner {
@@ -81,15 +75,20 @@ struct Begun<'a> {
 const MAX_NESTED: u32 = 16;
 
 thread_local! {
-    /// Number of renders of this thread that run.
+    /// Number of renders and measurements of this thread that run.
     static NESTED: Cell<u32> = const { Cell::new(0) };
 }
 
-/// A render of this thread that runs.
-struct Nested(());
+/// A render or measurement of this thread that runs.
+pub struct Nested(());
 
 impl Nested {
-    fn begin() -> PyResult<Self> {
+    /// Begins a render or measurement.
+    ///
+    /// # Errors
+    ///
+    /// `BusyError` if too many run in each other's progress callbacks.
+    pub fn begin() -> PyResult<Self> {
         if NESTED.get() >= MAX_NESTED {
             let message =
                 format!("{MAX_NESTED} renders run in each other's progress callbacks; return from them");
@@ -208,19 +207,10 @@ impl Renderer {
         threads: Option<usize>,
     ) -> PyResult<Self> {
         let _running = Running::begin()?;
-        if threads.is_some_and(|threads| threads > MAX_THREADS) {
-            let message =
-                format!("threads must be from 1 to {MAX_THREADS}, or 0 for one for each logical core");
-            return Err(error::raise("SettingsError", message, Facts { kind: "Value", ..Facts::default() }));
-        }
-        let choice = backend.map_or(Ok(Choice::Auto), |backend| word("backend", backend, &BACKENDS))?;
+        let choice = DeviceChoice::read(backend, device, threads)?;
         let records = Arc::clone(&scene.get().inner);
         let (renderer, device) = error::guarded(py, || {
-            if choice == Choice::Auto && device.is_some() {
-                return Err(trisect::settings::SettingsError::DeviceWithoutBackend.into());
-            }
-            start_shared(threads)?;
-            let selection = device::open(choice, device, threads)?;
+            let selection = choice.open()?;
             let info = selection.device.info();
             let device = (info.backend, info.name.clone(), info.details.clone());
             let renderer = trisect::render::Renderer::new(selection.device, &records)?;

@@ -13,6 +13,7 @@ use trisect::scene::{
     AnimatedScene, CameraChoice, FieldEdit, Includes, LoadOptions, PartName, Rebase, SceneDocument,
     SceneError,
 };
+use trisect_lab::tradeoff::RenderCommand;
 
 /// Origin of a scene, from which it is read again for an edit.
 #[derive(Debug)]
@@ -154,6 +155,27 @@ impl Scene {
             py.import("warnings")?.call_method1("warn", (text, &category, 1))?;
         }
         Ok(Self { source, edits, inner: Arc::new(scene), space, names })
+    }
+
+    /// Returns the program's command that renders the scene, without settings; `None` for a scene
+    /// that is not a file.
+    pub fn command(&self) -> Option<RenderCommand> {
+        let Source { content, options, camera, .. } = &*self.source;
+        let scene = match content {
+            Content::File(path) => Some(path.display().to_string()),
+            Content::HelloWorld => None,
+            Content::Text { .. } | Content::Bytes => return None,
+        };
+        let mut given = Vec::new();
+        if options.includes == Includes::Anywhere {
+            given.push(("--allow-outside".to_owned(), None));
+        }
+        let time = options.model.time.map(|time| time.to_string());
+        let of_load = [("--time", time), ("--camera", camera.name.clone())];
+        let edits = self.edits.iter().map(|edit| ("--set", Some(edit.to_string())));
+        let all = of_load.into_iter().chain(edits).filter(|(_, value)| value.is_some());
+        given.extend(all.map(|(name, value)| (name.to_owned(), value)));
+        Some(RenderCommand { scene, options: given })
     }
 }
 

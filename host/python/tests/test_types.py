@@ -28,6 +28,9 @@ image: np.ndarray = frame.image
 frame.save("a.png", tonemap="agx")
 film: trisect.Film = trisect.merge([frame.film, "a.ckpt"]) + trisect.Film.load("b.ckpt")
 shared: Optional[trisect.Frame] = trisect.Renderer(scene).render(4, comm=Comm(), sample_range=(0, 4))
+found = trisect.tradeoff(scene, knobs=["depth"], spp=[1, 4], seeds=4, progress=lambda p: print(p.stage))
+errors = [row["error"] for row in found.table]
+found.plot().set_title(found.advice)
 """
 
 
@@ -56,7 +59,7 @@ def test_everything_has_a_docstring():
         of = getattr(trisect, name)
         if isinstance(of, type) and of.__module__.startswith("trisect"):
             assert of.__doc__ and "(" not in of.__doc__[:1], name
-    for of in (trisect.Scene, trisect.Renderer, trisect.Frame, trisect.Film):
+    for of in (trisect.Scene, trisect.Renderer, trisect.Frame, trisect.Film, trisect.Tradeoff, trisect.Convergence):
         for name, member in vars(of).items():
             if not name.startswith("_"):
                 assert getattr(member, "__doc__", None), f"{of.__name__}.{name}"

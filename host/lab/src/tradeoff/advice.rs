@@ -27,6 +27,14 @@ impl Point {
     }
 }
 
+impl Tradeoff {
+    /// Returns the advice as plain text: what to use for the scene and what it costs, or why nothing
+    /// can be recommended. The sentences name options of the program.
+    pub fn advice(&self) -> String {
+        [Some(sentence(self)), size(self)].into_iter().flatten().collect::<Vec<_>>().join(" ")
+    }
+}
+
 /// Returns the sentence on what to use, as plain text.
 fn sentence(found: &Tradeoff) -> String {
     let all: Vec<(Purpose, &Point)> = found.recommended_points().collect();
@@ -87,8 +95,10 @@ fn size(found: &Tradeoff) -> Option<String> {
 pub(super) fn lines(found: &Tradeoff) -> String {
     let mut text = String::new();
     for (purpose, point) in found.recommended_points() {
-        let command = point.command.as_deref().unwrap_or_default();
-        let _ = writeln!(text, "  {}: {}: {}\n    {command}", purpose.name(), point.title(), point.cost());
+        let _ = writeln!(text, "  {}: {}: {}", purpose.name(), point.title(), point.cost());
+        if let Some(command) = &point.command {
+            let _ = writeln!(text, "    {command}");
+        }
     }
     let size = size(found).map_or(String::new(), |line| line + "\n");
     match text.is_empty() {
@@ -99,12 +109,11 @@ pub(super) fn lines(found: &Tradeoff) -> String {
 
 /// Writes the advice with its commands, and the rules by which it was chosen.
 pub(super) fn write(found: &Tradeoff, page: &mut Document) {
-    let all = [Some(sentence(found)), size(found)];
-    page.paragraph("lead", &all.into_iter().flatten().collect::<Vec<_>>().join(" "));
+    page.paragraph("lead", &found.advice());
     let mut uses = String::from("<div class=\"uses\">\n");
     for (purpose, point) in found.recommended_points() {
         let (name, title, cost) = (purpose.name(), escape(&point.title()), escape(&point.cost()));
-        let code = command(point.command.as_deref().unwrap_or_default());
+        let code = point.command.as_deref().map_or(String::new(), command);
         let heading: String =
             name.chars().take(1).flat_map(char::to_uppercase).chain(name.chars().skip(1)).collect();
         let _ = writeln!(uses, "<div><h3>{heading}: {title}</h3><p>{cost}</p>{code}</div>");

@@ -51,9 +51,7 @@ impl Tradeoff {
         };
         save("tradeoff.json", self.json()?.as_bytes())?;
         save("tradeoff.csv", table::csv(self).as_bytes())?;
-        let path = folder.join("report.html");
-        let page = self.page(pictures).map_err(|error| TradeoffError::encode(&path, error))?;
-        save("report.html", page.as_bytes())?;
+        save("report.html", self.page(pictures)?.as_bytes())?;
         for (stem, chart) in [("error_over_time", charts::over_time(self)), ("front", charts::front(self))] {
             plot::write(&chart, folder, stem)
                 .map_err(|error| TradeoffError::encode(&folder.join(stem), error))?;
@@ -62,8 +60,12 @@ impl Tradeoff {
         Ok(files)
     }
 
-    /// Returns the report as a page.
-    fn page(&self, pictures: &Pictures) -> Result<String, String> {
+    /// Returns the report as an HTML page that needs no other file.
+    ///
+    /// # Errors
+    ///
+    /// [`TradeoffError`] if a picture cannot be encoded.
+    pub fn page(&self, pictures: &Pictures) -> Result<String, TradeoffError> {
         let mut page = Document::new(&format!("What to use for {}", self.scene));
         advice::write(self, &mut page);
         page.section("Time and error");
@@ -83,7 +85,8 @@ impl Tradeoff {
         page.section("All points");
         page.add(&points_table::html(self));
         self.list_missing(&mut page);
-        gallery::write(self, pictures, &mut page)?;
+        let wrong = |error| TradeoffError::encode(Path::new("report.html"), error);
+        gallery::write(self, pictures, &mut page).map_err(wrong)?;
         self.write_conditions(&mut page);
         Ok(page.finish())
     }

@@ -1,4 +1,4 @@
-"""Progress bars of renders."""
+"""Progress bars of renders and measurements."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import sys
 import typing as t
 
 if t.TYPE_CHECKING:
-    from ._trisect import Progress
+    from ._trisect import LabProgress, Progress
 
 
 def bar() -> t.Callable[[Progress], None]:
@@ -40,3 +40,30 @@ def _line(progress: Progress) -> None:
         parts.append(f"{progress.left:.0f} s left")
     is_done = progress.done == progress.total
     print("\r" + ", ".join(parts).ljust(40), end="\n" if is_done else "", file=sys.stderr, flush=True)
+
+
+def stages() -> t.Callable[[LabProgress], None]:
+    """Return a callable that prints results, above a bar of the stages if tqdm is installed."""
+    try:
+        from tqdm.auto import tqdm  # type: ignore[import-untyped,unused-ignore]
+    except ImportError:
+        return _message
+    shown: t.List[t.Any] = []
+
+    def show(progress: LabProgress) -> None:
+        if not shown:
+            shown.append(tqdm(total=progress.total, unit=" stages", leave=False))
+        one = shown[0]
+        if progress.message is not None:
+            one.write(progress.message, file=sys.stderr)
+        one.total = progress.total
+        one.set_postfix_str(progress.stage, refresh=False)
+        one.update(progress.done - one.n)
+        one.refresh()
+
+    return show
+
+
+def _message(progress: LabProgress) -> None:
+    if progress.message is not None:
+        print(progress.message, file=sys.stderr, flush=True)

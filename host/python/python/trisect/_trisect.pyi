@@ -11,6 +11,7 @@ __version__: str
 _Path = t.Union[str, "os.PathLike[str]"]
 _Floats = npt.NDArray[np.float32]
 _Image = t.Union["Frame", _Floats, _Path]
+_Backend = t.Literal["auto", "cpu", "wgpu", "cuda"]
 _Aov = t.Literal[
     "normal", "shading-normal", "geometric-normal", "position", "albedo", "depth", "id", "variance",
     "samples", "uv", "cryptomatte",
@@ -35,6 +36,21 @@ class Progress:
     def left(self) -> t.Optional[float]: ...
     @property
     def error(self) -> t.Optional[float]: ...
+
+@t.final
+class LabProgress:
+    @property
+    def done(self) -> int: ...
+    @property
+    def total(self) -> int: ...
+    @property
+    def stage(self) -> str: ...
+    @property
+    def seconds(self) -> float: ...
+    @property
+    def left(self) -> float: ...
+    @property
+    def message(self) -> t.Optional[str]: ...
 
 @t.final
 class Scene:
@@ -139,7 +155,7 @@ class Renderer:
     def __new__(
         cls,
         scene: Scene,
-        backend: t.Optional[t.Literal["auto", "cpu", "wgpu", "cuda"]] = None,
+        backend: t.Optional[_Backend] = None,
         *,
         device: t.Optional[int] = None,
         threads: t.Optional[int] = None,
@@ -204,6 +220,36 @@ class Renderer:
     @property
     def device(self) -> str: ...
 
+@t.final
+class Tradeoff:
+    @property
+    def report(self) -> t.Dict[str, t.Any]: ...
+    @property
+    def table(self) -> t.List[t.Dict[str, t.Any]]: ...
+    @property
+    def reference(self) -> t.Optional[t.Dict[str, t.Any]]: ...
+    @property
+    def advice(self) -> str: ...
+    @property
+    def complete(self) -> bool: ...
+    def plot(self, ax: t.Any = None) -> t.Any: ...
+    def save(self, path: _Path) -> None: ...
+    def _repr_html_(self) -> str: ...
+
+@t.final
+class Convergence:
+    @property
+    def report(self) -> t.Dict[str, t.Any]: ...
+    @property
+    def table(self) -> t.List[t.Dict[str, t.Any]]: ...
+    @property
+    def reference(self) -> t.Optional[t.Dict[str, t.Any]]: ...
+    @property
+    def complete(self) -> bool: ...
+    def plot(self, ax: t.Any = None) -> t.Any: ...
+    def save(self, path: _Path) -> None: ...
+    def _repr_html_(self) -> str: ...
+
 def devices() -> t.List[t.Dict[str, t.Any]]: ...
 def merge(films: t.Iterable[t.Union[Film, _Path]]) -> Film: ...
 def read_image(path: _Path) -> _Floats: ...
@@ -214,3 +260,49 @@ def evaluate(
     seconds: t.Union[None, t.Sequence[float], t.Dict[str, t.Sequence[float]]] = None,
 ) -> t.Dict[str, t.Any]: ...
 def compare(image: _Image, reference: _Image, *, flip_map: bool = False) -> t.Dict[str, t.Any]: ...
+def tradeoff(
+    scene: Scene,
+    *,
+    knobs: t.Union[None, str, t.Sequence[str]] = None,
+    spp: t.Union[None, int, t.Sequence[int]] = None,
+    max_spp: t.Optional[int] = None,
+    seeds: int = 8,
+    time_limit: t.Union[None, str, float] = "8m",
+    reference_spp: t.Optional[int] = None,
+    cache: t.Optional[_Path] = None,
+    backend: t.Optional[_Backend] = "auto",
+    device: t.Optional[int] = None,
+    threads: t.Optional[int] = None,
+    width: t.Optional[int] = None,
+    height: t.Optional[int] = None,
+    depth: t.Optional[int] = None,
+    sampler: t.Optional[t.Literal["sobol", "independent"]] = None,
+    roulette: t.Optional[bool] = None,
+    roulette_depth: t.Optional[int] = None,
+    light_sampling: bool = True,
+    clamp: t.Optional[float] = None,
+    progress: t.Union[None, bool, t.Callable[[LabProgress], t.Any]] = None,
+) -> Tradeoff: ...
+def converge(
+    scene: Scene,
+    *,
+    knobs: t.Union[None, str, t.Sequence[str]] = None,
+    first: int = 16,
+    last: int = 4096,
+    seeds: int = 8,
+    time_limit: t.Union[None, str, float] = "8m",
+    reference_spp: t.Optional[int] = None,
+    cache: t.Optional[_Path] = None,
+    backend: t.Optional[_Backend] = "auto",
+    device: t.Optional[int] = None,
+    threads: t.Optional[int] = None,
+    width: t.Optional[int] = None,
+    height: t.Optional[int] = None,
+    depth: t.Optional[int] = None,
+    sampler: t.Optional[t.Literal["sobol", "independent"]] = None,
+    roulette: t.Optional[bool] = None,
+    roulette_depth: t.Optional[int] = None,
+    light_sampling: bool = True,
+    clamp: t.Optional[float] = None,
+    progress: t.Union[None, bool, t.Callable[[LabProgress], t.Any]] = None,
+) -> Convergence: ...

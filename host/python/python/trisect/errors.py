@@ -1,6 +1,7 @@
 """Exceptions and warnings of Trisect.
 
-All exceptions but :class:`RenderInterrupted` derive from :class:`TrisectError`.
+All exceptions but :class:`RenderInterrupted` and :class:`MeasurementInterrupted` derive from
+:class:`TrisectError`.
 """
 
 from __future__ import annotations
@@ -8,7 +9,7 @@ from __future__ import annotations
 import typing as t
 
 if t.TYPE_CHECKING:
-    from ._trisect import Frame
+    from ._trisect import Convergence, Frame, Tradeoff
 
 
 class TrisectError(Exception):
@@ -74,7 +75,7 @@ class FilmError(TrisectError, ValueError):
 
 
 class LabError(TrisectError, ValueError):
-    """Images cannot be evaluated."""
+    """Images cannot be evaluated, or a measurement cannot use its files."""
 
 
 class CheckpointError(TrisectError):
@@ -91,7 +92,7 @@ class RankError(TrisectError, RuntimeError):
 
 
 class BusyError(TrisectError, RuntimeError):
-    """A renderer was used from its own progress callback."""
+    """A renderer was used from its own progress callback, or too many calls are nested."""
 
 
 class ForkError(TrisectError, RuntimeError):
@@ -99,18 +100,25 @@ class ForkError(TrisectError, RuntimeError):
 
 
 class CancelledError(TrisectError):
-    """:meth:`Renderer.cancel` ended a render.
+    """:meth:`Renderer.cancel`, or the interpreter's end, ended a render or measurement.
 
-    ``frame`` has the samples so far, or is ``None``.
+    ``frame`` has the samples so far, ``result`` what was measured; each may be ``None``.
     """
 
     frame: t.Optional[Frame] = None
+    result: t.Union[None, Tradeoff, Convergence] = None
 
 
 class RenderInterrupted(KeyboardInterrupt):
     """Ctrl-C ended a render. ``frame`` has the samples so far, or is ``None``."""
 
     frame: t.Optional[Frame] = None
+
+
+class MeasurementInterrupted(KeyboardInterrupt):
+    """Ctrl-C ended a measurement. ``result`` has what was measured, or is ``None``."""
+
+    result: t.Union[None, Tradeoff, Convergence] = None
 
 
 class SceneWarning(UserWarning):
