@@ -206,9 +206,9 @@ fn error_of_opacity(renderer: &mut Renderer, settings: &Settings) -> (f64, f64) 
     (root(&off), root(&of_blocks))
 }
 
-/// Whether a sample passes is a choice of the Sobol sequence: n samples of a pixel are off by 1/n
-/// or less, and neighbours complement each other. Without it, each sample decides by itself; that
-/// is the control.
+/// The Sobol sequence chooses which samples pass: the share of n samples of a pixel is off by less
+/// than 1/n, and neighbours complement each other. Independent samples, the control, are off as by
+/// chance.
 fn fading_has_little_noise(subject: BackendUnderTest) {
     let mesh = Mesh { colors: vec![[1.0, 1.0, 1.0, 0.25]; 4], ..square() };
     let material = Material { alpha: Alpha::Blend, ..Material::from(Lambertian::rgb(1.0, 1.0, 1.0)) };

@@ -66,8 +66,8 @@ fn uniform_light_and_panoramas_are_exact() {
     assert!(difference(&studio, &uniform) > 0.3);
 }
 
-/// Under a sky of its own level, a dark image becomes as bright as a display shows well; under light
-/// of radiance 1, the control, the same block stays as dark as its albedo.
+/// Under a sky of its own level, a dark image becomes as bright as a display shows well; under
+/// light of radiance 1, the control, the same block stays as dark as its albedo.
 #[test]
 fn a_model_under_the_sky_is_not_dark() {
     let folder = Temporary::new("surroundings", "exposure");

@@ -4,6 +4,7 @@
 //! exceptions, the parts of which scenes are built, and what only notebooks need.
 
 mod array;
+mod checkpoint_options;
 mod checkpoints;
 mod compare;
 mod conclusion;

@@ -1,6 +1,6 @@
 //! Keyword arguments of a render: settings, goal, denoiser, layers, checkpoint.
 
-use crate::checkpoints::{CheckpointOptions, interval, path, samples};
+use crate::checkpoint_options::{CheckpointOptions, interval, path, samples};
 use crate::error;
 use crate::scene::Scene;
 use crate::words::{count, flag, number, share, time, word, wrong};

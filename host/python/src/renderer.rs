@@ -231,8 +231,8 @@ impl Renderer {
     /// RenderInterrupted, whose frame has the samples so far.
     ///
     /// checkpoint is a file that keeps all samples, written every checkpoint_every (seconds, "5m",
-    /// "1024spp"), at the end and after an interrupt. The same call with resume=True continues it to
-    /// the bits of a render that was not interrupted, and begins anew if there is no file.
+    /// "1024spp"), at the end and after an interrupt. The same call with resume=True continues it
+    /// to the bits of a render that was not interrupted, and begins anew if there is no file.
     /// sample_range is (first, end): a part of the samples, for merge().
     ///
     /// comm is a communicator of mpi4py, all ranks of which make the same call. Rank 0 receives the

@@ -28,8 +28,8 @@ impl Point {
 }
 
 impl Tradeoff {
-    /// Returns the advice as plain text: what to use for the scene and what it costs, or why nothing
-    /// can be recommended. The sentences name options of the program.
+    /// Returns the advice as plain text: what to use for the scene and what it costs, or why
+    /// nothing can be recommended. The sentences name options of the program.
     pub fn advice(&self) -> String {
         [Some(sentence(self)), size(self)].into_iter().flatten().collect::<Vec<_>>().join(" ")
     }

@@ -97,15 +97,15 @@ impl Convergence {
 /// Measure how errors fall with the number of samples, from first to last samples per pixel and
 /// doubled each time, as ``trisect converge`` does: noise falls with the root, a bias stays.
 ///
-/// knobs names the options to vary, each compared with the scene's settings: a sequence, or text with
-/// commas; by default sampler, roulette, lights, denoiser, depth and clamp. Each number of samples is
-/// measured with as many seeds as seeds says, at least 4. time_limit, in seconds or text such as
-/// "8m", is shared by the configurations. reference_spp is the maximum mean samples per pixel of the
-/// reference, by default eight times last; cache the folder that keeps references. backend, device
-/// and threads are those of Renderer, the settings those of Renderer.render. progress is True for a
-/// bar, or a callable that receives a LabProgress; an exception that it raises ends the measurement.
-/// The interpreter's lock is released meanwhile; Ctrl-C raises MeasurementInterrupted, whose result
-/// has the curves so far.
+/// knobs names the options to vary, each compared with the scene's settings: a sequence, or text
+/// with commas; by default sampler, roulette, lights, denoiser, depth and clamp. Each number of
+/// samples is measured with as many seeds as seeds says, at least 4. time_limit, in seconds or
+/// text such as "8m", is shared by the configurations. reference_spp is the maximum mean samples
+/// per pixel of the reference, by default eight times last; cache the folder that keeps
+/// references. backend, device and threads are those of Renderer, the settings those of
+/// Renderer.render. progress is True for a bar, or a callable that receives a LabProgress; an
+/// exception that it raises ends the measurement. The interpreter's lock is released meanwhile;
+/// Ctrl-C raises MeasurementInterrupted, whose result has the curves so far.
 #[pyfunction]
 #[pyo3(
     signature = (scene, **options),

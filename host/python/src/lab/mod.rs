@@ -76,8 +76,8 @@ fn of_measurement(error: &TradeoffError) -> PyErr {
     error::raise(class, error.to_string(), facts)
 }
 
-/// Returns the result of a measurement, or the exception that ended it: that of a callback or signal
-/// handler, else `CancelledError`. One of Ctrl-C has the result so far.
+/// Returns the result of a measurement, or the exception that ended it: that of a callback or
+/// signal handler, else `CancelledError`. One of Ctrl-C has the result so far.
 fn finished<T, R>(
     py: Python<'_>,
     watch: Watch,

@@ -150,7 +150,8 @@ fn seeds(value: &Bound<'_, PyAny>) -> PyResult<usize> {
     Ok(number)
 }
 
-/// Returns the names of options to vary: those of a sequence, or of a text with commas between them.
+/// Returns the names of options to vary: those of a sequence, or of a text with commas between
+/// them.
 fn knobs(value: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
     let remedy = "it must be names of options, such as [\"sampler\", \"depth\"]; None takes the default";
     let names: Option<Vec<String>> = match value.cast::<PyString>() {

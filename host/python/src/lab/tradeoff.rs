@@ -96,15 +96,16 @@ impl Tradeoff {
 /// Measure what options cost and gain: time, noise and bias of the scene's settings, and of these
 /// with one option at another value, as ``trisect tradeoff`` does.
 ///
-/// knobs names the options to vary: a sequence, or text with commas; by default all that apply. spp
-/// has the numbers of samples per pixel, one or several; by default three, up to max_spp or as many
-/// as fit time_limit, which is in seconds or text such as "8m". Each point is rendered with as many
-/// seeds as seeds says, at least 4. Images are smaller where the time is too short for the scene's
-/// size, unless a size, spp or max_spp is given. reference_spp is the maximum mean samples per pixel
-/// of the reference, cache the folder that keeps references. backend, device and threads are those of
-/// Renderer, the settings those of Renderer.render. progress is True for a bar, or a callable that
-/// receives a LabProgress; an exception that it raises ends the measurement. The interpreter's lock
-/// is released meanwhile; Ctrl-C raises MeasurementInterrupted, whose result has the points so far.
+/// knobs names the options to vary: a sequence, or text with commas; by default all that apply.
+/// spp has the numbers of samples per pixel, one or several; by default three, up to max_spp or as
+/// many as fit time_limit, which is in seconds or text such as "8m". Each point is rendered with
+/// as many seeds as seeds says, at least 4. Images are smaller where the time is too short for the
+/// scene's size, unless a size, spp or max_spp is given. reference_spp is the maximum mean samples
+/// per pixel of the reference, cache the folder that keeps references. backend, device and threads
+/// are those of Renderer, the settings those of Renderer.render. progress is True for a bar, or a
+/// callable that receives a LabProgress; an exception that it raises ends the measurement. The
+/// interpreter's lock is released meanwhile; Ctrl-C raises MeasurementInterrupted, whose result
+/// has the points so far.
 #[pyfunction]
 #[pyo3(
     signature = (scene, **options),
