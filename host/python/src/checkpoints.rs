@@ -66,11 +66,3 @@ impl FilmObserver for Keeper<'_> {
         }
     }
 }
-
-/// Returns the indices of samples, of which the end is excluded.
-pub fn samples(value: &Bound<'_, PyAny>) -> PyResult<Range<u32>> {
-    let ends: Option<[Bound<'_, PyAny>; 2]> = value.extract().ok();
-    let ends = ends.and_then(|[first, end]| Some(number(&first)?..number(&end)?));
-    let remedy = "it must be (first, end): multiples of 256, or the number of samples as the end";
-    ends.filter(|samples| !samples.is_empty()).ok_or_else(|| wrong("sample_range", value, remedy))
-}
