@@ -199,7 +199,8 @@ fn error_of_opacity(renderer: &mut Renderer, settings: &Settings) -> (f64, f64) 
     let film = film(renderer, settings);
     let width = film.width as usize;
     let off: Vec<f64> = film.aovs.iter().map(|aov| f64::from(aov.alpha()) - 0.25).collect();
-    let blocks = (0..off.len()).filter(|pixel| pixel / width % 2 == 0 && pixel % width % 2 == 0);
+    let is_even = |of: usize| of.is_multiple_of(2);
+    let blocks = (0..off.len()).filter(|pixel| is_even(pixel / width) && is_even(pixel % width));
     let of_blocks: Vec<f64> =
         blocks.map(|at| 0.25 * (off[at] + off[at + 1] + off[at + width] + off[at + width + 1])).collect();
     let root = |of: &[f64]| (of.iter().map(|x| x * x).sum::<f64>() / of.len() as f64).sqrt();
