@@ -23,9 +23,9 @@ const SHOWN_AS_IS: RangeInclusive<f32> = 1.0 / 16.0..=1.0;
 /// grey, 46 % of the range of sRGB.
 const MIDDLE_GREY: f32 = 0.18;
 
-/// Factor beyond the range that is shown unchanged from which on a median is brought to middle grey. In between, the
-/// shown luminance is interpolated geometrically from the range's end to middle grey, so that the
-/// exposure has no step that noise could cross.
+/// Factor beyond the range that is shown unchanged from which on a median is brought to middle
+/// grey. In between, the shown luminance is interpolated geometrically from the range's end to
+/// middle grey, so that the exposure has no step that noise could cross.
 const TRANSITION: f32 = 8.0;
 
 /// Background radiances of a model without a scene file: black, or the sky that the program adds.
