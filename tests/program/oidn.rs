@@ -199,6 +199,29 @@ fn a_budget_takes_the_library_if_it_helps() {
     check_failure(&missing, &arguments, 3, &[VARIABLE, "nothing.so", "--denoise svgf needs nothing"]);
 }
 
+/// A library that small images show to be too slow never gets the whole image. One that is fast,
+/// the control, gets it; its failure is a warning, and the filter that needs nothing is tried.
+#[test]
+fn a_slow_library_does_not_delay_a_budget() {
+    let folder = Temporary::new("oidn", "slow");
+    let Some(library) = fake(&folder, "fake.so", &[]) else { return };
+    let out = folder.file("out.pfm");
+    let arguments =
+        ["render", "--backend=cpu", "--resolution=640x480", "--budget=1s", "-q", "-o", &out, "--stats=-"];
+    let error = |step: &str| {
+        let output = with(&library, step, &arguments);
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success(), "{text}");
+        let stats: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let error = stats["sampling"]["denoiser_error"].clone();
+        assert_eq!(text.contains("a denoiser could not be tried"), error.is_string(), "{text}");
+        assert_ne!(stats["sampling"]["way"]["denoise"], serde_json::json!({ "filter": "oidn" }));
+        error
+    };
+    assert!(error("slow").is_null());
+    assert!(error("small").as_str().unwrap().contains("a large image, says the fake"));
+}
+
 /// Live frames and parameters of the filters are refused, with what works.
 #[test]
 fn frames_and_parameters_are_refused() {

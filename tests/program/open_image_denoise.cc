@@ -1,11 +1,14 @@
 // Stands in for Open Image Denoise in tests: checks how it is called, and returns half of the
-// radiance. The variable FAKE_OIDN makes one step fail, states version 1, or asks for the image's mean in each pixel. With OLD it has the
-// functions of version 1 instead.
+// radiance. The variable FAKE_OIDN makes one step fail, states version 1, asks for the image's
+// mean in each pixel ("mean"), refuses images above 200,000 pixels ("small"), or does so and takes
+// 4 microseconds for a pixel ("slow"). With OLD it has the functions of version 1 instead.
 
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <string>
+#include <thread>
 #include <vector>
 
 #if defined(_WIN32)
@@ -134,6 +137,8 @@ EXPORT void oidnExecuteFilter(void* of) {
         features == 0)
         fail("no features without noise");
     const size_t size = filter.color.buffer->size();
+    if (is("slow")) std::this_thread::sleep_for(std::chrono::microseconds(4 * size / 3));
+    if ((is("slow") || is("small")) && size / 3 > 200000) fail("a large image, says the fake");
     double sums[3] = {0, 0, 0};
     for (size_t i = 0; i < size; i++) sums[i % 3] += (*filter.color.buffer)[i];
     for (size_t i = 0; i < size; i++)

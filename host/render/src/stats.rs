@@ -302,6 +302,9 @@ impl RenderStats {
         if let Some(reason) = &self.sums_refused {
             warnings.push(format!("the host adds the chunks up, which takes longer: {reason}"));
         }
+        if let Some(reason) = self.sampling.as_ref().and_then(|sampling| sampling.denoiser_error.as_ref()) {
+            warnings.push(format!("a denoiser could not be tried: {reason}"));
+        }
         warnings.extend(self.sampling.as_ref().and_then(Sampling::warning));
         warnings
     }

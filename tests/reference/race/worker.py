@@ -1,4 +1,4 @@
-"""What the programs that render for race.py and coverage.py share: their arguments, and images of a time or of a number of samples."""
+"""What the programs that render for race.py and coverage.py share: their arguments, and how many samples they take."""
 import argparse
 import json
 import sys

@@ -69,6 +69,8 @@ pub(super) struct BudgetResult<'a> {
     /// Filter, if the image was filtered.
     pub filtered: Option<Filtered>,
     pub filter: Option<FilterTrial>,
+    /// Error of a denoiser that might have been chosen.
+    pub denoiser_error: Option<String>,
     /// Time from the first sample to the image.
     pub time: Duration,
     /// Time before the budget begins, to compile kernels and calibrate passes.
@@ -84,6 +86,7 @@ pub(super) struct BudgetRun<'a, 'p> {
     /// Whole time, in seconds.
     whole: f64,
     filter: Option<Filter<'p>>,
+    denoiser_error: Option<String>,
     choice: Option<Choice>,
     calibration: Option<Calibration>,
     clock: PassCostModel,
@@ -112,7 +115,7 @@ impl<'a, 'p> BudgetRun<'a, 'p> {
         prepared: Preparation<'p>,
         (start, observer): (Instant, &'a mut dyn RenderObserver),
     ) -> Result<(Self, Vec<Trial>), Error> {
-        let Preparation { plain, known, mut halves, filters, calibration } = prepared;
+        let Preparation { plain, known, mut halves, filters, denoiser_error, calibration } = prepared;
         let whole = plan.time.as_secs_f64();
         let trial_time = (plan.time.mul_f64(TRIAL_SHARE), plan.time);
         let (best, trials, expected) = choose_strategy(renderer, (&plain, &known), trial_time, observer)?;
@@ -163,6 +166,7 @@ impl<'a, 'p> BudgetRun<'a, 'p> {
             start,
             whole,
             filter,
+            denoiser_error,
             choice,
             calibration,
             clock: PassCostModel { rate: of_one / pass.each, ..clock },
@@ -285,6 +289,7 @@ impl<'a, 'p> BudgetRun<'a, 'p> {
             image,
             filtered,
             filter: trial,
+            denoiser_error: self.denoiser_error,
             time,
             preparing,
         })

@@ -30,6 +30,15 @@ const MAX_SHARE_IF_QUIET: f64 = 0.06;
 /// taken: the error is only an estimate.
 const BETTER: f64 = 0.8;
 
+/// Edges in pixels of the small images by which the time of a library is estimated.
+const PROBES: [u32; 2] = [128, 256];
+
+/// Number of pixels up to which a library is timed without an estimate.
+const SMALL: u64 = 4 * 256 * 256;
+
+/// Factor of an estimated time above a budget's share from which on a library is not timed.
+const TOO_SLOW: f64 = 2.0;
+
 /// Denoiser with its time on this device.
 pub(super) struct Filter<'a> {
     denoise: &'a Denoiser,
@@ -168,6 +177,36 @@ fn relative(weights: &Image, value: impl Fn(usize, usize) -> f64 + Sync) -> f64 
 }
 
 impl<'a> Filter<'a> {
+    /// Returns whether it is worth the time to measure a denoiser that is only an option: not if
+    /// small images say that it takes far more than its share of a budget of `whole` seconds. So a
+    /// library that is slow for a large image does not delay it.
+    pub fn is_worth_a_trial(
+        renderer: &mut Renderer,
+        settings: &Settings,
+        denoise: &Denoiser,
+        whole: f64,
+    ) -> Result<bool, Error> {
+        if !matches!(denoise, Denoiser::Oidn) || settings.pixels() <= SMALL {
+            return Ok(true);
+        }
+        let fill = |sums: &mut [PixelSums], guides: &mut [AovSums]| {
+            sums.fill(PixelSums { samples: 2, ..PixelSums::ZERO });
+            guides.fill(AovSums { misses: 2, ..AovSums::ZERO });
+        };
+        let mut seconds = |edge: u32| {
+            let small = Settings { width: edge, height: edge, crop: None, ..settings.clone() };
+            let start = Instant::now();
+            renderer.denoise_sums(&fill, &small, denoise).map(|_| start.elapsed().as_secs_f64())
+        };
+        let [small, large] = PROBES;
+        seconds(small)?; // loads the network
+        let times = [seconds(small)?, seconds(large)?];
+        let [small, large] = PROBES.map(|edge| f64::from(edge).powi(2));
+        let of_pixel = (times[1] - times[0]).max(0.0) / (large - small);
+        let expected = times[1] + of_pixel * (settings.pixels() as f64 - large);
+        Ok(expected <= TOO_SLOW * TRIALS.1 * whole)
+    }
+
     /// Compiles the filter, and measures it on empty halves with AOV sums.
     pub fn try_out(
         renderer: &mut Renderer,

@@ -32,6 +32,8 @@ pub(super) struct Preparation<'p> {
     pub halves: DualBuffers,
     /// Filters that may fit the time.
     pub filters: Vec<Filter<'p>>,
+    /// Error of the first denoiser that failed, and was only an option.
+    pub denoiser_error: Option<String>,
     pub calibration: Option<Calibration>,
 }
 
@@ -55,17 +57,19 @@ pub(super) fn prepare<'p>(
         known.push(way);
     }
     let mut halves = DualBuffers::on_device(settings.width, settings.height);
-    let mut filters = Vec::new();
+    let (mut filters, mut denoiser_error) = (Vec::new(), None);
     if !plan.denoisers.is_empty() {
         halves = DualBuffers::new(settings.width, settings.height);
         let ways = std::iter::once(&plain).chain(&known);
         let guided = ways.map(|way| Settings { guides: true, ..way.clone() }).collect::<Vec<_>>();
         halves.allocate_aovs();
         for denoise in plan.denoisers {
-            match Filter::try_out(renderer, settings, denoise, &halves) {
+            match try_out(renderer, settings, denoise, &halves, plan) {
                 // If the filter was only an option, the image goes without it.
-                Err(error) if plan.free.denoise && is_of_filter(&error) => {}
-                ready => filters.push(ready?),
+                Err(error) if plan.free.denoise && is_of_filter(&error) => {
+                    denoiser_error.get_or_insert_with(|| error.to_string());
+                }
+                ready => filters.extend(ready?),
             }
         }
         filters.retain(|filter| filter.may_fit(plan.time.as_secs_f64(), plan.free.denoise));
@@ -86,7 +90,22 @@ pub(super) fn prepare<'p>(
         }
     }
     let (halves, calibration) = calibrate(renderer, &plain, &with_guides, halves, observer)?;
-    Ok(Preparation { plain, known, halves, filters, calibration })
+    Ok(Preparation { plain, known, halves, filters, denoiser_error, calibration })
+}
+
+/// Measures a filter; `None` if it is an option that is far too slow for the time.
+fn try_out<'p>(
+    renderer: &mut Renderer,
+    settings: &Settings,
+    denoise: &'p Denoiser,
+    halves: &DualBuffers,
+    plan: BudgetPlan,
+) -> Result<Option<Filter<'p>>, Error> {
+    let whole = plan.time.as_secs_f64();
+    if plan.free.denoise && !Filter::is_worth_a_trial(renderer, settings, denoise, whole)? {
+        return Ok(None);
+    }
+    Filter::try_out(renderer, settings, denoise, halves).map(Some)
 }
 
 /// Returns whether the error is that of a filter that cannot denoise such an image.

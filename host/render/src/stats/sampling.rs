@@ -84,6 +84,8 @@ pub struct Sampling {
     pub way: Strategy,
     /// Expected effect of the denoiser, if there was a trial.
     pub filter: Option<FilterTrial>,
+    /// Error of a denoiser that might have been chosen, and could not be used.
+    pub denoiser_error: Option<String>,
     /// Trials of strategies.
     pub trials: Vec<Trial>,
     /// Seconds from the first sample to the image.
