@@ -1,6 +1,7 @@
 //! Benchmarks with a report, and the trade-off lab, which measures time, noise and bias of each
 //! speed option and evaluates images of other renderers.
 
+pub mod accuracy;
 pub mod bench;
 pub mod comparison;
 mod error;

@@ -43,6 +43,12 @@ impl Interval {
         Self { value: map(self.value), low: a.min(b), high: a.max(b) }
     }
 
+    /// Returns the roots of an interval of squared shares, in percent, for people.
+    pub fn root_percent(self) -> String {
+        let root = self.map(|value| 100.0 * value.max(0.0).sqrt());
+        format!("{:.3} % ({:.3} to {:.3})", root.value, root.low, root.high)
+    }
+
     /// Returns whether the interval contains a value.
     pub fn covers(&self, value: f64) -> bool {
         (self.low..=self.high).contains(&value)

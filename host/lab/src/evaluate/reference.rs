@@ -2,7 +2,7 @@
 
 use super::EvaluateError;
 use super::set::{check_images, label};
-use crate::tradeoff::{Truth, mean_of};
+use crate::accuracy::{Truth, mean_of};
 use rayon::prelude::*;
 use trisect::image::Image;
 use trisect::metrics::{MetricsError, REL_MSE_EPSILON as EPSILON};

@@ -1,9 +1,9 @@
 //! Results of an evaluation, as its JSON holds them.
 
 use super::{EvaluateError, ImageSet, ReferenceImages};
+use crate::accuracy::{Errors, Truth, flips_of, view};
 use crate::bench::Summary;
 use crate::statistics::Interval;
-use crate::tradeoff::{Errors, Truth, flips_of, view};
 use serde::{Deserialize, Serialize};
 use trisect::metrics::flip::DEFAULT_PIXELS_PER_DEGREE;
 use trisect::metrics::{ImageView, hdr_flip};

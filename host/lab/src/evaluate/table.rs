@@ -1,8 +1,8 @@
 //! Results of an evaluation as a table for people.
 
 use super::result::{Evaluation, Row};
+use crate::accuracy::Bias;
 use crate::statistics::Interval;
-use crate::tradeoff::{Bias, percent};
 use std::fmt::Write;
 
 /// Headings of the columns.
@@ -60,8 +60,8 @@ impl Row {
             self.name.clone(),
             errors.seeds.to_string(),
             self.seconds.map_or_else(nothing, |seconds| format!("{:.3}", seconds.median)),
-            percent(errors.rel_mse),
-            percent(errors.variance),
+            errors.rel_mse.root_percent(),
+            errors.variance.root_percent(),
             bias,
             format!("{:.4}", self.hdr_flip.value),
             self.noise_at_one_second.map_or_else(nothing, at_one_second),

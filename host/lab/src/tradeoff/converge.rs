@@ -2,13 +2,13 @@
 //! bias stays. Used by `trisect converge`.
 
 use super::error_curve::{Capture, Convergence, ErrorCurve, MIN_CAPTURES, Pair};
-use super::errors::{self, Errors};
-use super::means::{Means, difference};
+use super::flips::flips;
 use super::measure::is_missing;
 use super::point::Missing;
 use super::supervisor::{Cancelling, Share, Supervisor, check, was_stopped};
-use super::{Configuration, Lab, Reference, Stop, TradeoffError, Truth, check_seeds};
+use super::{Configuration, Lab, Reference, Stop, TradeoffError, check_seeds};
 use crate::Error;
+use crate::accuracy::{Errors, Means, SIGNIFICANCE, Truth, difference};
 use std::time::Duration;
 use trisect::film::{Film, SampleBlock};
 use trisect::render::{Settings, chunks};
@@ -84,7 +84,7 @@ impl Lab<'_> {
         };
         let mut ends: Vec<Means> = Vec::new();
         let image = reference.filter(|_| supervisor.stop().is_none()).map(Reference::image);
-        let truth = reference.zip(image.as_ref()).map(|(of, image)| Truth::new(of, image)).transpose()?;
+        let truth = reference.zip(image.as_ref()).map(|(of, image)| of.truth(image)).transpose()?;
         let (modes, others): (Vec<&Configuration>, Vec<&Configuration>) =
             all.configurations.iter().partition(|mode| mode.divisor == 1 && !mode.adaptive);
         let no_course = || "it has no error curve: its image does not grow sample by sample".to_owned();
@@ -122,7 +122,7 @@ impl Lab<'_> {
         for a in 0..ends.len() {
             for b in a + 1..ends.len() {
                 let (brightness, p) = difference(&ends[a], &ends[b]);
-                let differ = p < errors::SIGNIFICANCE;
+                let differ = p < SIGNIFICANCE;
                 let modes = [found.courses[a].mode.clone(), found.courses[b].mode.clone()];
                 found.pairs.push(Pair { modes, brightness, p, differ });
             }
@@ -185,7 +185,7 @@ impl Lab<'_> {
                     None => film.image(),
                 });
             }
-            let (flips, _) = errors::flips(&images, truth, FLIPS, supervisor)?;
+            let (flips, _) = flips(&images, truth, FLIPS, supervisor)?;
             run.captures.push(Capture { spp: count, errors: Errors::of(&images, truth, &flips)? });
             run.means = Some(Means::of(&images));
             pace = Some(share.spent(supervisor).saturating_sub(spent) / (count - before).max(1));

@@ -1,10 +1,9 @@
 //! Error of a configuration over the number of samples, with a verdict.
 
-use super::bias::Bias;
-use super::errors::Errors;
 use super::point::Missing;
 use super::reference::ReferenceInfo;
 use super::supervisor::Stop;
+use crate::accuracy::{Bias, Errors};
 use crate::bench::Line;
 use crate::statistics::{Interval, jackknife_error};
 use serde::{Deserialize, Serialize};

@@ -2,16 +2,17 @@
 
 use super::command::RenderCommand;
 use super::configuration::Configuration;
-use super::errors::{self, Errors};
+use super::flips::flips;
 use super::front;
 use super::lab::{FIRST_SEED, ImageTiming, Lab};
 use super::picture::Pictures;
 use super::point::{FORMAT, Missing, Point, Seconds, Tradeoff, VsBase};
 use super::recommend::recommend;
-use super::reference::{Reference, Truth};
+use super::reference::Reference;
 use super::supervisor::{Reserving, Supervisor, check, was_stopped};
 use super::{Stop, TradeoffError, check_seeds};
 use crate::Error;
+use crate::accuracy::{Errors, Truth};
 use crate::bench::Summary;
 use crate::statistics;
 use std::time::Instant;
@@ -144,7 +145,7 @@ impl Lab<'_> {
         check(supervisor)?;
         let image = reference.image();
         let start = Instant::now();
-        let truth = Truth::new(reference, &image)?;
+        let truth = reference.truth(&image)?;
         // FLIP prepares one of two images here.
         supervisor.note(2 * start.elapsed());
         found.pictures = Pictures::new(&truth);
@@ -217,7 +218,7 @@ impl Lab<'_> {
             took.push(times);
         }
         let start = Instant::now();
-        let (flips, flip) = errors::flips(&images, truth, sweep.flips, supervisor)?;
+        let (flips, flip) = flips(&images, truth, sweep.flips, supervisor)?;
         supervisor.note(start.elapsed() / flips.len().max(1) as u32);
         check(supervisor)?;
         let start = Instant::now();

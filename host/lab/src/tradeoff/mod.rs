@@ -2,12 +2,11 @@
 //!
 //! A [`Configuration`] is a set of render settings. A [`TradeoffPlan`] or a [`ConvergencePlan`] is
 //! a whole measurement. [`Lab`] renders each configuration with several seeds and numbers of
-//! samples. [`Errors`] separates noise from bias against a [`Reference`].
+//! samples. [`Errors`](crate::accuracy::Errors) are measured against a [`Reference`].
 //! [`Tradeoff::write`] writes the report. A [`Supervisor`] can end the measurement; the report then
 //! has what was measured by then. Used by `trisect tradeoff` and `trisect converge`.
 
 mod advice;
-mod bias;
 mod cache;
 mod charts;
 mod command;
@@ -15,12 +14,11 @@ mod configuration;
 mod converge;
 mod enlarge;
 mod error_curve;
-mod errors;
 mod fit;
+mod flips;
 mod front;
 mod gallery;
 mod lab;
-mod means;
 mod measure;
 mod page;
 mod picture;
@@ -33,25 +31,20 @@ mod supervisor;
 mod table;
 
 pub use crate::error::TradeoffError;
-pub(crate) use bias::Bias;
 pub use cache::{cache_folder, user_cache};
 pub use command::RenderCommand;
 pub use configuration::{Configuration, KNOBS, configurations};
 pub use converge::ConvergencePlan;
 pub use error_curve::{Capture, Convergence, ErrorCurve, Pair};
-pub use errors::{Errors, SIGNIFICANCE};
 pub use fit::{Cost, Fit, REFERENCE_SHARE, fit};
 pub use lab::Lab;
 pub use measure::Sweep;
 pub use page::is_output;
 pub use picture::Pictures;
-pub(crate) use plan::flips_of;
 pub use plan::{ReferenceSource, TradeoffPlan, configurations_of};
 pub use point::{Missing, Point, Purpose, Recommended, Seconds, Slope, Tradeoff, VsBase};
-pub use reference::{Reference, ReferenceInfo, Truth, hash};
-pub(crate) use reference::{mean_of, view};
+pub use reference::{Reference, ReferenceInfo, hash};
 pub use supervisor::{Stop, Supervisor};
-pub(crate) use table::percent;
 
 /// Minimum number of repetitions (seeds) from which bias can be told from noise.
 pub const MIN_SEEDS: usize = 4;

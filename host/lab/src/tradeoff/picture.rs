@@ -1,7 +1,7 @@
 //! Small copies of images and of their errors, for the report page.
 
 use super::point::Point;
-use super::reference::Truth;
+use crate::accuracy::Truth;
 use crate::page::{INFERNO, MAGMA, Raster, reduction};
 use trisect::image::Image;
 use trisect::output::exposure::{Automatic, LightLevel};

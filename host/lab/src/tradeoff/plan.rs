@@ -12,6 +12,7 @@ use super::reference::{Reference, ReferenceInfo};
 use super::supervisor::Supervisor;
 use super::{Lab, RenderCommand, TradeoffError, check_seeds};
 use crate::Error;
+use crate::accuracy::flips_of;
 use std::path::Path;
 use trisect::adaptive::Goal;
 use trisect::device::Device;
@@ -27,9 +28,6 @@ const CONVERGENCE_REFERENCE: u32 = 8;
 /// Share of the time that the reference of a convergence measurement gets. It has few samples
 /// compared with those of all error curves together.
 const CONVERGENCE_REFERENCE_SHARE: f64 = 0.2;
-
-/// Number of pixels above which FLIP is computed for fewer repetitions.
-const LARGE: u64 = 200_000;
 
 /// Nanoseconds per pixel of an image on one thread: of the statistics, and of FLIP.
 const NANOSECONDS: (f64, f64) = (300.0, 2000.0);
@@ -187,11 +185,6 @@ fn no_configuration() -> TradeoffError {
     TradeoffError::TooFew { what: "the number of configurations", given: 0, least: 1 }
 }
 
-/// Returns the number of repetitions for which FLIP is computed.
-pub(crate) fn flips_of(pixels: u64, seeds: usize) -> usize {
-    if pixels > LARGE { 2 } else { 4.min(seeds) }
-}
-
 /// Returns the seconds per pixel that an image takes besides rendering, on all threads.
 fn analysis_seconds(flips: usize, seeds: usize) -> f64 {
     let threads = std::thread::available_parallelism().map_or(1.0, |threads| threads.get() as f64);
@@ -229,7 +222,5 @@ mod tests {
         assert_eq!(plan(&[], Some(100)).levels(fitting.clone()), [7, 25, 100]);
         assert_eq!(plan(&[], Some(1)).levels(fitting.clone()), [1]);
         assert_eq!(plan(&[8, 2, 8], Some(100)).levels(fitting), [2, 8]);
-        // Negative control: FLIP of large images is computed for two repetitions only.
-        assert_eq!((flips_of(LARGE, 8), flips_of(LARGE + 1, 8), flips_of(1, 2)), (4, 2, 2));
     }
 }

@@ -1,10 +1,9 @@
 //! Results of a trade-off measurement, as its JSON holds them.
 
-use super::bias::Bias;
 use super::configuration::Configuration;
-use super::errors::Errors;
 use super::reference::ReferenceInfo;
 use super::supervisor::Stop;
+use crate::accuracy::{Bias, Errors};
 use crate::bench::Summary;
 use crate::statistics::{Interval, Welch, mean_and_error, welch};
 use serde::{Deserialize, Serialize};

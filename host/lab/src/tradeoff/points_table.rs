@@ -1,7 +1,7 @@
 //! Table of all points of a report page.
 
-use super::bias::Bias;
 use super::point::{Point, Tradeoff};
+use crate::accuracy::Bias;
 use crate::page::{Cell, Column, Row, Table};
 
 /// Returns a table of all points.

@@ -1,7 +1,7 @@
 //! Chooses what to use for a scene: the fast, the balanced and the best of the measured points.
 
-use super::bias::Bias;
 use super::point::{Point, Purpose, Recommended};
+use crate::accuracy::Bias;
 
 /// Maximum share by which the mean of a recommended image is known to be off.
 const MAX_BRIGHTNESS: f64 = 0.05;
@@ -93,9 +93,9 @@ pub(super) fn recommend(points: &[Point]) -> Vec<Recommended> {
 
 #[cfg(test)]
 pub(super) mod tests {
-    use super::super::errors::Errors;
     use super::super::point::{Seconds, VsBase};
     use super::*;
+    use crate::accuracy::Errors;
     use crate::bench::Summary;
     use crate::statistics::{Interval, Welch};
 

@@ -3,6 +3,7 @@
 
 use super::TradeoffError;
 use crate::Error;
+use crate::accuracy::{Truth, mean_of};
 use bytemuck::cast_slice;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -13,8 +14,7 @@ use trisect::adaptive::{self, Adaptive, DualBuffers, Goal};
 use trisect::bvh::BvhQuality;
 use trisect::film::PixelTotals;
 use trisect::image::Image;
-use trisect::metrics::flip::{DEFAULT_PIXELS_PER_DEGREE, FlipReference};
-use trisect::metrics::{ImageView, MetricsError};
+use trisect::metrics::MetricsError;
 use trisect::render::{Fingerprint, RenderObserver, Renderer, Sampler, Settings};
 use trisect::scene::{ImageSettings, Scene};
 use trisect_system::checksummed_file::{self, ChecksummedFileError, Contents};
@@ -34,50 +34,6 @@ pub struct Reference {
     pub variance: Vec<[f32; 3]>,
     /// Description of the reference.
     pub facts: ReferenceInfo,
-}
-
-/// A reference, with data derived from it once for the comparison with many images.
-pub struct Truth<'a> {
-    /// Two images of disjoint samples, or the same image twice if its noise is unknown.
-    pub halves: [&'a Image; 2],
-    /// Variance of the mean of both halves, by pixel and channel; 0 if it is unknown.
-    pub variance: &'a [[f32; 3]],
-    /// Mean of both halves.
-    pub image: &'a Image,
-    /// Independent images whose mean the reference is; empty if there are none. The tests of block
-    /// means take the noise of the reference from them, so that they hold even if the noise of
-    /// neighbouring pixels is not independent.
-    pub repetitions: &'a [Image],
-    /// The mean image as prepared for FLIP.
-    pub seen: FlipReference<'a>,
-}
-
-impl<'a> Truth<'a> {
-    /// Prepares a reference with its [image](Reference::image).
-    ///
-    /// # Errors
-    ///
-    /// [`MetricsError`] for an image without pixels.
-    pub fn new(reference: &'a Reference, image: &'a Image) -> Result<Self, MetricsError> {
-        let Reference { halves: [a, b], variance, .. } = reference;
-        Self::of_halves([a, b], variance, image, &[])
-    }
-
-    /// Prepares two halves, with the variance of their mean, that mean, and the
-    /// [repetitions](Self::repetitions) that they were made of.
-    ///
-    /// # Errors
-    ///
-    /// [`MetricsError`] for an image without pixels.
-    pub fn of_halves(
-        halves: [&'a Image; 2],
-        variance: &'a [[f32; 3]],
-        image: &'a Image,
-        repetitions: &'a [Image],
-    ) -> Result<Self, MetricsError> {
-        let seen = FlipReference::new(&view(image), DEFAULT_PIXELS_PER_DEGREE)?;
-        Ok(Self { halves, variance, image, repetitions, seen })
-    }
 }
 
 /// Description of a reference.
@@ -177,6 +133,16 @@ impl Reference {
         mean_of(a, b)
     }
 
+    /// Prepares the reference for comparisons; `image` is [its image](Self::image).
+    ///
+    /// # Errors
+    ///
+    /// [`MetricsError`] for an image without pixels.
+    pub fn truth<'a>(&'a self, image: &'a Image) -> Result<Truth<'a>, MetricsError> {
+        let [a, b] = &self.halves;
+        Truth::of_halves([a, b], &self.variance, image, &[])
+    }
+
     /// Returns the path of the file for a reference with this hash.
     pub fn path(folder: &Path, hash: &str) -> PathBuf {
         folder.join(format!("{hash}.reference"))
@@ -250,16 +216,4 @@ impl Reference {
         let parts: Vec<&[u8]> = planes.iter().map(Vec::as_slice).collect();
         checksummed_file::write(&path, MAGIC, &header, &parts).map_err(io)
     }
-}
-
-/// Returns the mean of two images of one size.
-pub(crate) fn mean_of(a: &Image, b: &Image) -> Image {
-    let pixels = a.pixels.par_iter().zip(&b.pixels);
-    let pixels = pixels.map(|(a, b)| std::array::from_fn(|c| 0.5 * (a[c] + b[c]))).collect();
-    Image { width: a.width, height: a.height, pixels }
-}
-
-/// Returns an image as FLIP reads it.
-pub(crate) fn view(image: &Image) -> ImageView<'_> {
-    ImageView { width: image.width as usize, height: image.height as usize, pixels: &image.pixels }
 }

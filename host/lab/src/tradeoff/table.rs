@@ -1,16 +1,10 @@
 //! Results of a trade-off measurement as lines for people and as CSV.
 
 use super::advice;
-use super::bias::Bias;
 use super::point::{Point, Tradeoff};
 use super::reference::ReferenceInfo;
+use crate::accuracy::Bias;
 use crate::statistics::Interval;
-
-/// Returns the root of an interval of squared shares, in percent.
-pub(crate) fn percent(interval: Interval) -> String {
-    let root = interval.map(|value| 100.0 * value.max(0.0).sqrt());
-    format!("{:.3} % ({:.3} to {:.3})", root.value, root.low, root.high)
-}
 
 impl Point {
     /// Returns one line for people.
@@ -38,7 +32,7 @@ impl Point {
             self.name(),
             self.spp,
             self.seconds.all.median,
-            percent(errors.rel_mse),
+            errors.rel_mse.root_percent(),
             errors.flip.value,
             self.verdict(),
         )
@@ -109,3 +103,6 @@ impl Tradeoff {
         text
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -2,8 +2,9 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use trisect_lab::accuracy::Errors;
 use trisect_lab::statistics::Interval;
-use trisect_lab::tradeoff::{Capture, ErrorCurve, Errors, Point};
+use trisect_lab::tradeoff::{Capture, ErrorCurve, Point};
 
 /// Row of a table.
 struct Row<'py>(Bound<'py, PyDict>);

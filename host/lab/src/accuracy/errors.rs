@@ -3,9 +3,7 @@
 //! docs/explanation/noise-and-bias.md.
 
 use super::means::means;
-use super::reference::{Truth, view};
-use super::supervisor::{Supervisor, check};
-use crate::Error;
+use super::truth::Truth;
 use crate::statistics::{Interval, Welch, jackknife_error, mean_and_error, sidak, welch};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -234,27 +232,6 @@ impl Errors {
     pub fn efficiency(&self, seconds: f64) -> Interval {
         self.rel_mse.map(|error| 1.0 / (error.max(1e-300) * seconds))
     }
-}
-
-/// Returns the mean LDR-FLIP of each of the first `count` images, and the FLIP errors of the first
-/// one. Returns [`Error::Cancelled`] if the supervisor ends the measurement between two of them.
-pub(super) fn flips(
-    images: &[Image],
-    truth: &Truth,
-    count: usize,
-    supervisor: &dyn Supervisor,
-) -> Result<(Vec<f64>, Vec<f32>), Error> {
-    let (mut means, mut first) = (Vec::new(), Vec::new());
-    for image in images.iter().take(count.max(1)) {
-        check(supervisor)?;
-        let map = truth.seen.flip(&view(image))?;
-        if means.is_empty() {
-            first = map.errors;
-        }
-        means.push(map.mean);
-    }
-    means.truncate(count);
-    Ok((means, first))
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Compares means of images and of their blocks, which show a bias that the noise of pixels hides.
 
-use super::reference::Truth;
+use super::truth::Truth;
 use crate::statistics::{CONFIDENCE, Interval, Welch, mean_and_error, quantile, sidak, welch};
 use rayon::prelude::*;
 use trisect::image::Image;
@@ -36,7 +36,7 @@ fn blocks(width: u32, height: u32, value: impl Fn(usize) -> f64 + Sync) -> Vec<(
 }
 
 /// Means of the blocks and of the whole image, for several images in the same order.
-pub(super) struct Means {
+pub(crate) struct Means {
     /// Mean of each block in each image: `blocks[block][image]`.
     blocks: Vec<Vec<f64>>,
     whole: Vec<f64>,
@@ -117,7 +117,7 @@ pub(super) fn means(images: &[Image], truth: &Truth) -> (Interval, f64) {
 
 /// Returns the relative difference of the mean over all pixels between two configurations, and the
 /// probability that means differ at least as much if both converge to one image.
-pub(super) fn difference(a: &Means, b: &Means) -> (Interval, f64) {
+pub(crate) fn difference(a: &Means, b: &Means) -> (Interval, f64) {
     let of_blocks = a.blocks.iter().zip(&b.blocks).map(|(a, b)| test(measured(a), measured(b)).p).collect();
     compare((measured(&a.whole), measured(&b.whole)), of_blocks)
 }

@@ -1,0 +1,16 @@
+//! Measures how far images are from a reference: noise and bias apart, with intervals, and the
+//! error by spatial frequency.
+//!
+//! A [`Truth`] is the reference, [`Errors`] are those of images of one configuration with different
+//! seeds. The [trade-off lab](crate::tradeoff) and [evaluations](crate::evaluate) measure with them.
+
+mod bias;
+mod errors;
+mod means;
+mod truth;
+
+pub(crate) use bias::Bias;
+pub use errors::{Errors, SIGNIFICANCE};
+pub(crate) use means::{Means, difference};
+pub use truth::Truth;
+pub(crate) use truth::{flips_of, mean_of, view};
