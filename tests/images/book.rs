@@ -7,7 +7,7 @@ use trisect::render::Settings;
 use trisect::scene::Scene;
 use trisect_tests::renders::independent;
 use trisect_tests::statistics::ZTest;
-use trisect_tests::{BackendUnderTest, for_each_backend, root, scene};
+use trisect_tests::{BackendUnderTest, for_each_route, root, scene};
 
 /// Samples per pixel of the reference.
 const SAMPLES: f64 = 30_000.0;
@@ -69,4 +69,4 @@ fn the_image_is_the_books(subject: BackendUnderTest) {
     }
 }
 
-for_each_backend!(the_image_is_the_books);
+for_each_route!(the_image_is_the_books);

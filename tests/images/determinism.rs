@@ -4,7 +4,7 @@
 
 use trisect::film::Film;
 use trisect::render::{Renderer, Settings};
-use trisect_tests::{BackendUnderTest, for_each_backend, scene};
+use trisect_tests::{BackendUnderTest, for_each_route, scene};
 
 fn settings(renderer_scene: &trisect::scene::Scene) -> Settings {
     Settings { width: 96, height: 54, samples: 5, depth: 20, ..Settings::of(renderer_scene) }
@@ -78,7 +78,7 @@ fn chunks_add_up(subject: BackendUnderTest) {
     assert!(repeated < whole.pixels.len() / 4, "{repeated} pixels repeat the first samples");
 }
 
-for_each_backend!(frames_repeat, submissions_do_not_matter, chunks_add_up);
+for_each_route!(frames_repeat, submissions_do_not_matter, chunks_add_up);
 
 #[test]
 fn threads_do_not_matter() {

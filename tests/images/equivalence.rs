@@ -13,7 +13,7 @@ use trisect_shared::ray::Ray;
 use trisect_shared::rng::PathKey;
 use trisect_tests::renders::{brighter, cpu, differing, film, independent};
 use trisect_tests::statistics::{GLOBAL_LIMIT, ZTest};
-use trisect_tests::{BackendUnderTest, for_each_backend, scene};
+use trisect_tests::{BackendUnderTest, for_each_route, scene};
 
 /// Precise CUDA has the CPU's bits: sums, squares, counts and segments of each pixel.
 #[test]
@@ -229,7 +229,7 @@ fn roulette_keeps_the_mean(subject: BackendUnderTest) {
     assert!(with * 10 < without * 9, "roulette ends paths: {with} segments of {without}");
 }
 
-for_each_backend!(
+for_each_route!(
     exact_fresnel_agrees,
     first_hits_agree,
     first_hits_are_the_nearest,

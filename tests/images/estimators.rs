@@ -8,7 +8,7 @@ use trisect::render::{KernelFeatures, Sampler, Settings};
 use trisect::scene::Scene;
 use trisect_shared::bsdf;
 use trisect_shared::features::{NAMES, NEEDS, of_material};
-use trisect_tests::renders::{apart, differing, film, independent, lit};
+use trisect_tests::renders::{differing, film, independent, lit};
 use trisect_tests::statistics::{BlockTest, Blocks, GLOBAL_LIMIT};
 use trisect_tests::{BackendUnderTest, for_each_backend, scene};
 
@@ -141,10 +141,7 @@ fn more_features_change_no_bit(subject: BackendUnderTest) {
         let by_vulkan = info.backend == "wgpu" && info.kind == DeviceKind::Gpu;
         let needed = Settings { width: 32, height: 18, samples: 2, ..independent(&scene) };
         let want = film(&mut renderer, &needed);
-        let changed = |got: &Film| match subject {
-            BackendUnderTest::WgpuNaga => apart(got, &want),
-            _ => differing(got, &want),
-        };
+        let changed = |got: &Film| differing(got, &want);
         let allowed = if by_vulkan { needed.pixels() as usize / 20 } else { 0 };
         let materials = bsdf::NAMES.iter().map(|(kind, _)| of_material(*kind));
         let single = NAMES.iter().map(|(feature, _)| *feature).chain(materials);

@@ -8,7 +8,7 @@ use trisect::render::{Renderer, Sampler, Schedule, Settings};
 use trisect::scene::Scene;
 use trisect_shared::bvh::NO_PRIMITIVE;
 use trisect_tests::renders::{cpu, differing, film};
-use trisect_tests::{BackendUnderTest, for_each_backend, scene};
+use trisect_tests::{BackendUnderTest, for_each_route, scene};
 
 /// A scene for each kernel with AOV sums.
 const SCENES: [(&str, Sampler); 4] = [
@@ -203,7 +203,7 @@ fn ball_under_studio() -> Scene {
     Scene::parse(text, "studio").unwrap()
 }
 
-for_each_backend!(
+for_each_route!(
     the_image_does_not_change,
     a_hidden_sky_is_black_to_camera_rays_alone,
     they_are_of_the_first_hit,

@@ -10,7 +10,7 @@ use trisect::render::{Renderer, Schedule, Settings, Traversal};
 use trisect::scene::Scene;
 use trisect_kernels::EntryPoint;
 use trisect_tests::renders::{brighter, differing, film};
-use trisect_tests::{BackendUnderTest, for_each_backend};
+use trisect_tests::{BackendUnderTest, for_each_route};
 
 /// Scenes of each kernel: spheres with Schlick's and with Fresnel's reflectance; quads and a light;
 /// all kinds of shapes and textures.
@@ -142,4 +142,4 @@ fn queues_of_parts(subject: BackendUnderTest) {
     }
 }
 
-for_each_backend!(one_image_by_each_method, queues_of_parts);
+for_each_route!(one_image_by_each_method, queues_of_parts);

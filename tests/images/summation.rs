@@ -8,7 +8,7 @@ use trisect::film::{Film, SampleBlock, SampleCoverage, Totals};
 use trisect::render::{FilmObserver, Frame, RenderObserver, Renderer, Settings, Summation};
 use trisect_tests::fault_injecting_backend::FaultInjectingBackend;
 use trisect_tests::renders::{self, StopAfterParts, differing};
-use trisect_tests::{BackendUnderTest, for_each_backend, scene};
+use trisect_tests::{BackendUnderTest, for_each_route, scene};
 
 /// Four chunks, the last of them not full, of an odd size.
 fn settings(scene: &trisect::scene::Scene, guides: bool) -> Settings {
@@ -217,4 +217,4 @@ fn films_of_several_bands() {
     assert!(!same(&other, &want), "negative control not detected");
 }
 
-for_each_backend!(the_device_adds_as_the_host, one_chunk_is_the_film, reads_do_not_show);
+for_each_route!(the_device_adds_as_the_host, one_chunk_is_the_film, reads_do_not_show);

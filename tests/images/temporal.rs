@@ -11,7 +11,7 @@ use trisect::render::{Renderer, Sampler, Settings};
 use trisect::scene::{CameraPose, Scene};
 use trisect::view::{ViewOptions, Viewer};
 use trisect_tests::renders::{cpu, film, independent};
-use trisect_tests::{BackendUnderTest, for_each_backend, scene};
+use trisect_tests::{BackendUnderTest, for_each_route, scene};
 
 const SVGF: DenoiseSettings = DenoiseSettings::new(Filter::Svgf);
 
@@ -293,7 +293,7 @@ fn they_are_the_cpus(subject: BackendUnderTest) {
     assert!(other > 500 && other > 2 * most, "negative control not detected: {other}");
 }
 
-for_each_backend!(
+for_each_route!(
     rest_is_the_plain_mean,
     frames_side_by_side_are_frames,
     a_way_is_better_than_its_frames,

@@ -6,7 +6,7 @@ use trisect::film::Film;
 use trisect::render::Settings;
 use trisect_tests::renders::{film, independent, lit};
 use trisect_tests::statistics::Known;
-use trisect_tests::{BackendUnderTest, for_each_backend, scene};
+use trisect_tests::{BackendUnderTest, for_each_route, scene};
 
 /// Returns the samples per pixel: `cpu` on the CPU, where the negative controls run, else `others`.
 fn samples(subject: BackendUnderTest, cpu: u32, others: u32) -> u32 {
@@ -42,4 +42,4 @@ fn radiance_is_known(subject: BackendUnderTest) {
     }
 }
 
-for_each_backend!(radiance_is_known);
+for_each_route!(radiance_is_known);

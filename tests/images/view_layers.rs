@@ -6,9 +6,9 @@ use trisect::film::Film;
 use trisect::render::Settings;
 use trisect::scene::{CameraPose, Rebase, SceneDocument};
 use trisect::view::{Layer, ViewOptions, Viewer};
-use trisect_tests::{BackendUnderTest, for_each_backend, root};
+use trisect_tests::{BackendUnderTest, for_each_route, root};
 
-for_each_backend!(layers_are_those_of_a_film);
+for_each_route!(layers_are_those_of_a_film);
 
 /// Settings of a small frame of one sample.
 fn settings(document: &SceneDocument) -> Settings {

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "this is how a test fails")]
 
 use trisect::device::{Choice, open};
-use trisect_tests::{BackendUnderTest, for_each_backend, scene};
+use trisect_tests::{BackendUnderTest, for_each_route, scene};
 
 fn the_named_backend_is_opened(subject: BackendUnderTest) {
     // Skips the test with a message, or fails, where the backend is missing.
@@ -19,4 +19,4 @@ fn the_named_backend_is_opened(subject: BackendUnderTest) {
     assert_eq!(selection.why, "", "nothing was chosen for the user");
 }
 
-for_each_backend!(the_named_backend_is_opened);
+for_each_route!(the_named_backend_is_opened);

@@ -110,9 +110,26 @@ impl BackendUnderTest {
 }
 
 /// Instantiates a test, `fn name(subject: BackendUnderTest)`, for each backend, in a module of its
-/// name.
+/// name. Tests of what kernels compute are for each backend, those of how kernels are translated
+/// [for each route](crate::for_each_route).
 #[macro_export]
 macro_rules! for_each_backend {
+    ($($test:ident),* $(,)?) => {$(
+        mod $test {
+            #[test]
+            fn cpu() { super::$test($crate::BackendUnderTest::Cpu); }
+            #[test]
+            fn wgpu() { super::$test($crate::BackendUnderTest::Wgpu); }
+            #[test]
+            fn cuda() { super::$test($crate::BackendUnderTest::Cuda); }
+        }
+    )*};
+}
+
+/// Instantiates a test for each backend, and for wgpu by both routes: with the SPIR-V of the
+/// kernels, and with naga's translation of it.
+#[macro_export]
+macro_rules! for_each_route {
     ($($test:ident),* $(,)?) => {$(
         mod $test {
             #[test]

@@ -8,7 +8,7 @@ use trisect_probes::record::{Input, Output, row4};
 use trisect_probes::scatter::SAMPLE;
 use trisect_tests::probe::Prober;
 use trisect_tests::report::{Outcome, report};
-use trisect_tests::{BackendUnderTest, for_each_backend};
+use trisect_tests::{BackendUnderTest, for_each_route};
 
 /// Returns reflectance and cos² of the refracted angle by Fresnel's equations in f64.
 fn exactly(cos: f64, eta: f64) -> (f64, f64) {
@@ -128,4 +128,4 @@ fn t16_critical_angle(subject: BackendUnderTest) {
     report(16, subject, Outcome::Passed, figure);
 }
 
-for_each_backend!(t15_fresnel, t16_critical_angle);
+for_each_route!(t15_fresnel, t16_critical_angle);

@@ -8,7 +8,7 @@ use trisect_shared::rng::{Words, pcg4d};
 use trisect_tests::probe::Prober;
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::ulp::error;
-use trisect_tests::{BackendUnderTest, for_each_backend};
+use trisect_tests::{BackendUnderTest, for_each_route};
 
 /// Number of inputs of each operation.
 const COUNT: u32 = 1 << 20;
@@ -385,4 +385,4 @@ fn t18_functions(subject: BackendUnderTest) {
     line(subject, "half to f32", "exact");
 }
 
-for_each_backend!(t18_census, t18_functions);
+for_each_route!(t18_census, t18_functions);

@@ -30,7 +30,7 @@ use trisect_shared::traversal::closest_hit_counted;
 use trisect_shared::triangle::Shear;
 use trisect_tests::probe::{ProbeScene, Prober};
 use trisect_tests::report::{Outcome, report};
-use trisect_tests::{BackendUnderTest, for_each_backend};
+use trisect_tests::{BackendUnderTest, for_each_route};
 
 /// Rays of one kind, and the probe operation that traces them.
 struct Family {
@@ -303,7 +303,7 @@ fn t44_costs(subject: BackendUnderTest) {
     report(44, subject, Outcome::Passed, figure);
 }
 
-for_each_backend!(t44_costs);
+for_each_route!(t44_costs);
 
 /// An empty scene has no visits and no hit primitive.
 #[test]

@@ -12,7 +12,7 @@ use trisect_shared::film::PixelSums;
 use trisect_shared::rng::PathKey;
 use trisect_tests::renders::{cpu, independent};
 use trisect_tests::report::{Outcome, report};
-use trisect_tests::{BackendUnderTest, for_each_backend, scene};
+use trisect_tests::{BackendUnderTest, for_each_route, scene};
 
 /// The two filters with their default settings.
 const FILTERS: [DenoiseSettings; 2] =
@@ -264,4 +264,4 @@ fn t40_error_by_samples(subject: BackendUnderTest) {
     report(40, subject, Outcome::Passed, figures.join("; "));
 }
 
-for_each_backend!(t37_constant_image, t38_stops, t39_what_is_no_light, t40_error_by_samples);
+for_each_route!(t37_constant_image, t38_stops, t39_what_is_no_light, t40_error_by_samples);

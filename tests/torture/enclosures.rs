@@ -7,7 +7,7 @@ use trisect_shared::math::luminance;
 use trisect_tests::renders::{film, independent, lit};
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::statistics::Known;
-use trisect_tests::{BackendUnderTest, for_each_backend};
+use trisect_tests::{BackendUnderTest, for_each_route};
 
 /// Returns the unit sphere around a camera at `from` that looks along -z. The wall reflects
 /// `albedo` and emits `emission` on both sides.
@@ -191,4 +191,4 @@ fn t32_camera_within(subject: BackendUnderTest) {
     );
 }
 
-for_each_backend!(t02_closed_emissive_sphere, t32_camera_within, t36_enclosures);
+for_each_route!(t02_closed_emissive_sphere, t32_camera_within, t36_enclosures);

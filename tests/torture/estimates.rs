@@ -6,7 +6,7 @@ use trisect::scene::Scene;
 use trisect_tests::renders::{film, independent, lit};
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::statistics::{GLOBAL_LIMIT, Known, ZTest};
-use trisect_tests::{BackendUnderTest, for_each_backend, scene};
+use trisect_tests::{BackendUnderTest, for_each_route, scene};
 
 /// Returns a sphere of index `ior` in front of a gradient, through a square window that is
 /// inscribed in the sphere's outline.
@@ -175,4 +175,4 @@ fn t43_convergence_slope(subject: BackendUnderTest) {
     );
 }
 
-for_each_backend!(t14_index_matched_sphere, t35_roulette_keeps_the_mean, t43_convergence_slope);
+for_each_route!(t14_index_matched_sphere, t35_roulette_keeps_the_mean, t43_convergence_slope);

@@ -9,7 +9,7 @@ use trisect_shared::film::{CHUNK_SAMPLES, PixelSums};
 use trisect_shared::rng::PathKey;
 use trisect_tests::renders::{film, independent};
 use trisect_tests::report::{Outcome, report};
-use trisect_tests::{BackendUnderTest, for_each_backend, scene};
+use trisect_tests::{BackendUnderTest, for_each_route, scene};
 
 /// Number of samples: three chunks, the last of them not full.
 const SAMPLES: u32 = 2 * CHUNK_SAMPLES + 44;
@@ -188,4 +188,4 @@ fn t21_accumulator_ladder(subject: BackendUnderTest) {
     );
 }
 
-for_each_backend!(t06_parts_chunks_and_groupings, t07_samples_over_parts, t21_accumulator_ladder,);
+for_each_route!(t06_parts_chunks_and_groupings, t07_samples_over_parts, t21_accumulator_ladder,);

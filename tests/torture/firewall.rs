@@ -6,7 +6,7 @@ use trisect::render::Settings;
 use trisect::scene::Scene;
 use trisect_tests::renders::{film, independent, scene_files};
 use trisect_tests::report::{Outcome, report};
-use trisect_tests::{BackendUnderTest, for_each_backend, scene};
+use trisect_tests::{BackendUnderTest, for_each_route, scene};
 
 /// Renders a scene that `plant` has changed, and returns its counts and whether each pixel with a
 /// sample is finite.
@@ -61,4 +61,4 @@ fn t03_nothing_is_caught(subject: BackendUnderTest) {
     report(3, subject, Outcome::Passed, &figure);
 }
 
-for_each_backend!(t03_nothing_is_caught);
+for_each_route!(t03_nothing_is_caught);

@@ -10,7 +10,7 @@ use trisect_shared::sphere::MISS;
 use trisect_tests::probe::{ProbeScene, Prober};
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::ulp::error;
-use trisect_tests::{BackendUnderTest, for_each_backend};
+use trisect_tests::{BackendUnderTest, for_each_route};
 
 const AXES: [Vec3; 3] = [Vec3::X, Vec3::Y, Vec3::Z];
 
@@ -190,4 +190,4 @@ fn t23_flat_boxes(subject: BackendUnderTest) {
     );
 }
 
-for_each_backend!(t23_axis_aligned_quads, t23_flat_boxes);
+for_each_route!(t23_axis_aligned_quads, t23_flat_boxes);

@@ -11,7 +11,7 @@ use trisect_shared::triangle::Triangle;
 use trisect_tests::renders::{film, independent};
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::statistics::{GLOBAL_LIMIT, Known};
-use trisect_tests::{BackendUnderTest, for_each_backend};
+use trisect_tests::{BackendUnderTest, for_each_route};
 
 /// Returns `objects` under a sky of 1, seen through a square window. With a `fov` of [`WINDOW`] its
 /// corners are at the rim of the unit sphere around 0. With a `fov` of 0.001 all rays meet the
@@ -234,4 +234,4 @@ fn t45_coarse_mirrors(subject: BackendUnderTest) {
     report(45, subject, Outcome::Passed, figure);
 }
 
-for_each_backend!(t10_white_furnace, t31_hollow_and_nested, t45_coarse_mirrors);
+for_each_route!(t10_white_furnace, t31_hollow_and_nested, t45_coarse_mirrors);

@@ -15,7 +15,7 @@ use trisect_shared::math::{normalize, unit_f32, unit_sphere};
 use trisect_tests::probe::{ProbeScene, Prober};
 use trisect_tests::renders::{cpu, differing, film, independent};
 use trisect_tests::report::{Outcome, report};
-use trisect_tests::{BackendUnderTest, for_each_backend};
+use trisect_tests::{BackendUnderTest, for_each_route};
 
 /// Number of instances.
 const INSTANCES: u32 = 64;
@@ -340,4 +340,4 @@ fn t46_closed_rooms(subject: BackendUnderTest) {
     report(46, subject, Outcome::Passed, "a closed room of instances is dark");
 }
 
-for_each_backend!(t46_leaving_instances, t46_hits_of_instances, t46_images_of_instances, t46_closed_rooms);
+for_each_route!(t46_leaving_instances, t46_hits_of_instances, t46_images_of_instances, t46_closed_rooms);

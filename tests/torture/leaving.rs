@@ -11,7 +11,7 @@ use trisect_shared::math::{basis, unit_f32, unit_sphere};
 use trisect_shared::planar::DISC;
 use trisect_tests::probe::{ProbeScene, Prober};
 use trisect_tests::report::{Outcome, report};
-use trisect_tests::{BackendUnderTest, for_each_backend};
+use trisect_tests::{BackendUnderTest, for_each_route};
 
 /// Number of objects of each kind.
 const OBJECTS: u32 = 48;
@@ -249,4 +249,4 @@ fn t12_box_borders(subject: BackendUnderTest) {
     );
 }
 
-for_each_backend!(t12_same_primitive, t12_box_borders);
+for_each_route!(t12_same_primitive, t12_box_borders);

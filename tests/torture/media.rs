@@ -5,7 +5,7 @@ use trisect::render::Settings;
 use trisect::scene::Scene;
 use trisect_tests::renders::film;
 use trisect_tests::report::{Outcome, report};
-use trisect_tests::{BackendUnderTest, for_each_backend};
+use trisect_tests::{BackendUnderTest, for_each_route};
 
 const DENSITIES: [f64; 8] = [0.0, 1e-18, 1e-6, 1.0, 1e2, 1e4, 1e6, 1e9];
 
@@ -110,4 +110,4 @@ fn t48_media(subject: BackendUnderTest) {
     report(48, subject, Outcome::Passed, figure);
 }
 
-for_each_backend!(t48_media);
+for_each_route!(t48_media);

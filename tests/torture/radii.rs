@@ -12,7 +12,7 @@ use trisect_shared::math::unit_sphere;
 use trisect_shared::sphere::MISS;
 use trisect_tests::probe::{ProbeScene, Prober};
 use trisect_tests::report::{Outcome, report};
-use trisect_tests::{BackendUnderTest, for_each_backend};
+use trisect_tests::{BackendUnderTest, for_each_route};
 
 /// Parses a scene file that has a sphere of this radius.
 fn load(radius: &str) -> Result<Scene, String> {
@@ -127,4 +127,4 @@ fn t27_bad_records(subject: BackendUnderTest) {
     report(27, subject, outcome, text);
 }
 
-for_each_backend!(t27_radii, t27_bad_records);
+for_each_route!(t27_radii, t27_bad_records);

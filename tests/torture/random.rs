@@ -12,7 +12,7 @@ use trisect_shared::bvh::NO_PRIMITIVE;
 use trisect_shared::rng::{PathKey, Words, pcg4d};
 use trisect_tests::probe::{ProbeScene, Prober};
 use trisect_tests::report::{Outcome, report};
-use trisect_tests::{BackendUnderTest, for_each_backend};
+use trisect_tests::{BackendUnderTest, for_each_route};
 
 /// Words and numbers of 2²⁰ tuples of seed, pixel, sample and block, small and large, have the
 /// CPU's bits.
@@ -178,4 +178,4 @@ fn number_is_one(bits: u32) -> bool {
     f32::from_bits(bits) >= 1.0
 }
 
-for_each_backend!(t04_parity, t05_extremes);
+for_each_route!(t04_parity, t05_extremes);

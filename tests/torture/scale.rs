@@ -10,7 +10,7 @@ use trisect_tests::program::folder;
 use trisect_tests::renders::{differing, film, independent, scene_files};
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::statistics::Blocks;
-use trisect_tests::{BackendUnderTest, for_each_backend, root};
+use trisect_tests::{BackendUnderTest, for_each_route, root};
 
 fn scaled(path: &Path, k: i32) -> Scene {
     Scene::load_in(path, Rebase { origin: DVec3::ZERO, scale: 2f64.powi(k) }).unwrap()
@@ -249,4 +249,4 @@ fn t42_denormal_scene(subject: BackendUnderTest) {
     report(42, subject, outcome, &figure);
 }
 
-for_each_backend!(t08_scaled_by_powers_of_two, t29_translated_by_powers_of_two, t42_denormal_scene);
+for_each_route!(t08_scaled_by_powers_of_two, t29_translated_by_powers_of_two, t42_denormal_scene);

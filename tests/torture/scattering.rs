@@ -14,7 +14,7 @@ use trisect_shared::math::{normalize, unit_sphere};
 use trisect_shared::rng::PathKey;
 use trisect_tests::probe::{ProbeScene, Prober};
 use trisect_tests::report::{Outcome, report};
-use trisect_tests::{BackendUnderTest, for_each_backend};
+use trisect_tests::{BackendUnderTest, for_each_route};
 
 /// Opens a prober for a scene with these materials.
 pub fn with_materials(subject: BackendUnderTest, setups: &[Setup]) -> Option<Prober> {
@@ -190,4 +190,4 @@ fn t33_no_zero_direction(subject: BackendUnderTest) {
     report(33, subject, Outcome::Passed, figure);
 }
 
-for_each_backend!(t33_no_zero_direction, t34_chi_square);
+for_each_route!(t33_no_zero_direction, t34_chi_square);

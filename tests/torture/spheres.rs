@@ -11,7 +11,7 @@ use trisect_shared::sphere::{MISS, Sphere};
 use trisect_tests::probe::Prober;
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::ulp::{error, ulp};
-use trisect_tests::{BackendUnderTest, for_each_backend};
+use trisect_tests::{BackendUnderTest, for_each_route};
 
 /// A sphere, and a ray that starts in free space.
 #[derive(Clone, Copy, Debug)]
@@ -282,4 +282,4 @@ fn t30_ground(subject: BackendUnderTest) {
     report(30, subject, Outcome::Passed, format!("relative error of t at most, {}", figures.join("; ")));
 }
 
-for_each_backend!(t11_far_spheres, t26_edges_of_spheres, t30_ground);
+for_each_route!(t11_far_spheres, t26_edges_of_spheres, t30_ground);

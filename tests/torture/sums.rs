@@ -9,7 +9,7 @@ use trisect_probes::sums::*;
 use trisect_shared::film::{CHUNK_SAMPLES, PixelSums};
 use trisect_tests::probe::Prober;
 use trisect_tests::report::{Outcome, report};
-use trisect_tests::{BackendUnderTest, for_each_backend};
+use trisect_tests::{BackendUnderTest, for_each_route};
 
 /// Number of chunks of 2²⁵ samples.
 const CHUNKS: u32 = (1 << 25) / CHUNK_SAMPLES;
@@ -64,4 +64,4 @@ fn t22_cancellation(subject: BackendUnderTest) {
     report(22, subject, Outcome::Passed, "mean 0.33333334 within a chunk and over chunks in each order");
 }
 
-for_each_backend!(t21_carried_chunks, t22_cancellation);
+for_each_route!(t21_carried_chunks, t22_cancellation);

@@ -11,7 +11,7 @@ use trisect_shared::math::{normalize, unit_sphere};
 use trisect_shared::triangle::Triangle;
 use trisect_tests::renders::{cpu, differing, film, independent};
 use trisect_tests::report::{Outcome, report};
-use trisect_tests::{BackendUnderTest, for_each_backend};
+use trisect_tests::{BackendUnderTest, for_each_route};
 
 /// Width and height of the images in pixels.
 const SIZE: u32 = 64;
@@ -144,5 +144,5 @@ fn t47_closed_rooms(subject: BackendUnderTest) {
     report(47, subject, Outcome::Passed, "closed rooms of few smooth triangles are dark");
 }
 
-for_each_backend!(t47_terminators);
-for_each_backend!(t47_closed_rooms);
+for_each_route!(t47_terminators);
+for_each_route!(t47_closed_rooms);

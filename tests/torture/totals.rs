@@ -12,7 +12,7 @@ use trisect_shared::film::PixelSums;
 use trisect_shared::rng::PathKey;
 use trisect_shared::totals::{COUNT_WORDS, COUNTED_ROWS, READ_WORDS, SUMS, TOTAL_WORDS, TotalsParams};
 use trisect_tests::report::{Outcome, report};
-use trisect_tests::{BackendUnderTest, for_each_backend};
+use trisect_tests::{BackendUnderTest, for_each_route};
 
 /// Number of samples of a chunk here.
 const SAMPLES: u32 = 256;
@@ -249,5 +249,5 @@ fn nothing_is_written_outside(subject: BackendUnderTest) {
     }
 }
 
-for_each_backend!(nothing_is_written_outside);
-for_each_backend!(t07_totals_on_the_device, t21_totals_on_the_device, t22_totals_on_the_device);
+for_each_route!(nothing_is_written_outside);
+for_each_route!(t07_totals_on_the_device, t21_totals_on_the_device, t22_totals_on_the_device);

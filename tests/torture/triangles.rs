@@ -12,7 +12,7 @@ use trisect_shared::sphere::MISS;
 use trisect_shared::triangle::Triangle;
 use trisect_tests::probe::{ProbeScene, Prober};
 use trisect_tests::report::{Outcome, report};
-use trisect_tests::{BackendUnderTest, for_each_backend};
+use trisect_tests::{BackendUnderTest, for_each_route};
 
 /// Returns a rugged rock of 2048 triangles.
 fn rock() -> Mesh {
@@ -312,4 +312,4 @@ fn t28_normals(subject: BackendUnderTest) {
     );
 }
 
-for_each_backend!(t13_closed_meshes, t28_degenerate_triangles, t28_normals);
+for_each_route!(t13_closed_meshes, t28_degenerate_triangles, t28_normals);

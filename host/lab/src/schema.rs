@@ -3,7 +3,7 @@
 use crate::bench::cluster::ClusterBench;
 use crate::bench::report::{Complexity, Spp, VsCpu};
 use crate::bench::{Benchmark, ViewReport};
-use crate::evaluate::Evaluation;
+use crate::evaluate::{Evaluation, FramesEvaluation};
 use crate::machine::{Finding, Info};
 use crate::tradeoff::{Convergence, Tradeoff};
 use schemars::generate::SchemaSettings;
@@ -27,6 +27,7 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         ("converge", of::<Convergence>("trisect converge --json")),
         ("doctor", of::<Vec<Finding>>("trisect doctor --json")),
         ("evaluate", of::<Evaluation>("trisect evaluate --json")),
+        ("evaluate_frames", of::<FramesEvaluation>("trisect evaluate --frames --json")),
         ("info", of::<Info>("trisect info --json")),
         ("render_stats", of::<RenderStats>("trisect render --stats")),
         ("tradeoff", of::<Tradeoff>("trisect tradeoff --json, tradeoff.json")),

@@ -8,7 +8,9 @@ use pyo3::types::{PyDict, PyString};
 use std::path::PathBuf;
 use trisect::image::Image;
 use trisect::output::Format;
-use trisect_lab::evaluate::{EvaluateError, ImageSet, ReferenceImages, Times, evaluate as evaluated};
+use trisect_lab::evaluate::{
+    EvaluateError, ImageSet, ReferenceImages, Times, evaluate as evaluated, evaluate_frames,
+};
 
 /// Measure noise and bias of images of any renderer apart, against a reference.
 ///
@@ -16,16 +18,19 @@ use trisect_lab::evaluate::{EvaluateError, ImageSet, ReferenceImages, Times, eva
 /// names of configurations to their images. reference is one image, whose noise counts as bias, or
 /// several, whose own noise is estimated. Each image is a Frame, a float32 array of shape (height,
 /// width, 3) with linear radiance, or the path of an .exr, .hdr or .pfm. seconds has the times of
-/// the images, or a dict of them by configuration. Returns a dict as ``trisect evaluate --json``
+/// the images, or a dict of them by configuration. With frames=True images and reference are frames
+/// of an animation in their order, each compared with its own reference, and flicker is measured as
+/// ``trisect evaluate --frames`` does. Returns a dict as ``trisect evaluate --json``
 /// writes it: rows has, by configuration, errors with intervals of 95 %, and hdr_flip. Raises
 /// LabError.
 #[pyfunction]
-#[pyo3(signature = (images, reference, *, seconds = None))]
+#[pyo3(signature = (images, reference, *, seconds = None, frames = false))]
 pub fn evaluate<'py>(
     py: Python<'py>,
     images: &Bound<'py, PyAny>,
     reference: &Bound<'py, PyAny>,
     seconds: Option<&Bound<'py, PyAny>>,
+    frames: bool,
 ) -> PyResult<Bound<'py, PyAny>> {
     let mut sets = Vec::new();
     match images.cast::<PyDict>() {
@@ -48,6 +53,9 @@ pub fn evaluate<'py>(
         false => all("reference", reference)?,
     };
     let text = error::attempted(py, || {
+        if frames {
+            return evaluate_frames(&sets, &reference)?.json();
+        }
         let reference = ReferenceImages::new(reference, &[])?;
         evaluated(&sets, &reference)?.json()
     })?;

@@ -22,6 +22,12 @@ pub struct EvaluateArgs {
     #[arg(long, value_name = "PATH")]
     pub reference: Option<PathBuf>,
 
+    /// The images of a folder are frames of an animation, in the order of their names, and the
+    /// reference is a folder with as many: each frame is compared with its own, and flicker is
+    /// measured.
+    #[arg(long)]
+    pub frames: bool,
+
     /// Form of the result.
     #[command(flatten)]
     pub json: JsonArgs,

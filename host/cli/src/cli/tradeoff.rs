@@ -51,6 +51,12 @@ pub struct TradeoffArgs {
     #[command(flatten)]
     pub reference: ReferenceArgs,
 
+    /// Folder of images of other renderers, as for `trisect evaluate` but without a reference: they
+    /// are measured against the same reference, and are in the report and on its charts. Images
+    /// have the scene's size, or that of --resolution.
+    #[arg(help_heading = "Measurement", long, value_name = "FOLDER")]
+    pub against: Option<PathBuf>,
+
     /// Folder for report.html, tradeoff.json, tradeoff.csv and charts; created if it does not
     /// exist.
     #[arg(help_heading = "Result", short, long, value_name = "FOLDER", default_value = "tradeoff")]

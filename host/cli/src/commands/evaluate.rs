@@ -16,7 +16,12 @@ pub fn run(arguments: &EvaluateArgs) -> Result<ExitCode, Error> {
     outputs.check_inputs("an image", images.files())?;
     json.map_or(Ok(()), probe)?;
     trisect::threads::start_shared(None)?;
-    let found = images.evaluate()?;
-    print_result(json, || Ok(found.json()?), || found.table())?;
+    if arguments.frames {
+        let found = images.evaluate_frames()?;
+        print_result(json, || Ok(found.json()?), || found.table())?;
+    } else {
+        let found = images.evaluate()?;
+        print_result(json, || Ok(found.json()?), || found.table())?;
+    }
     Ok(ExitCode::SUCCESS)
 }

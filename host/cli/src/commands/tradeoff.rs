@@ -13,6 +13,7 @@ use trisect::output;
 use trisect::output::Outputs;
 use trisect::scene::Scene;
 use trisect_lab::Error;
+use trisect_lab::evaluate::ImageFolder;
 use trisect_lab::tradeoff::{
     Configuration, Convergence, ConvergencePlan, ReferenceSource, RenderCommand, Supervisor, TradeoffError,
     TradeoffPlan, cache_folder, check_seeds, configurations_of, is_output,
@@ -49,6 +50,10 @@ pub fn run(arguments: &TradeoffArgs) -> Result<ExitCode, Error> {
         .folder("-o", Some(&arguments.output), is_output)
         .file("--json", arguments.json.json.as_deref());
     outputs.check()?;
+    let others = arguments.against.as_deref().map(ImageFolder::without_reference).transpose()?;
+    if let Some(others) = &others {
+        outputs.check_inputs("an image", others.files())?;
+    }
     arguments.json.json.as_deref().map_or(Ok(()), probe)?;
     let mut supervisor = LabSupervisor::new(arguments.time_limit, arguments.quiet);
     let ready = LabSetup::new(&arguments.job, &outputs)?;
@@ -62,6 +67,7 @@ pub fn run(arguments: &TradeoffArgs) -> Result<ExitCode, Error> {
         may_reduce: may_reduce(arguments),
         reference: ReferenceSource { folder: &folder, max_spp: arguments.reference.reference_spp },
         command: base_command(&arguments.job),
+        others: others.as_ref(),
     };
     let (mut found, pictures) = plan.run(&ready.scene, ready.backend, &mut supervisor)?;
     supervisor.finish();

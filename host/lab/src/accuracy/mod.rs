@@ -7,10 +7,13 @@
 mod bias;
 mod errors;
 mod means;
+mod spectrum;
 mod truth;
 
 pub(crate) use bias::Bias;
 pub use errors::{Errors, SIGNIFICANCE};
 pub(crate) use means::{Means, difference};
+pub use spectrum::SpectrumBand;
+pub(crate) use spectrum::spectrum;
 pub use truth::Truth;
 pub(crate) use truth::{flips_of, mean_of, view};

@@ -58,6 +58,21 @@ pub enum EvaluateError {
         /// Minimum.
         least: usize,
     },
+    /// A configuration has too few frames, or others than the reference.
+    #[error(
+        "{set}: {count} frames, but the reference has {reference}; give both the same frames, at least {least}, \
+         in the order of their names"
+    )]
+    Frames {
+        /// Name of the configuration, or its folder.
+        set: String,
+        /// Number of its frames.
+        count: usize,
+        /// Number of the reference's frames.
+        reference: usize,
+        /// Minimum.
+        least: usize,
+    },
     /// Two images are equal, so their noise is not independent.
     #[error("{second}: equal to {first}; render each image with a seed of its own")]
     Equal {

@@ -1,7 +1,9 @@
 //! Evaluates the images of a folder: a sub-folder for each configuration, or one configuration.
 
+use super::frames::{FrameErrors, check_count};
 use super::set::MIN_IMAGES;
-use super::{EvaluateError, Evaluation, ImageSet, ReferenceImages, Row, Times};
+use super::{EvaluateError, Evaluation, FramesEvaluation, ImageSet, ReferenceImages, Row, Times};
+use crate::accuracy::Truth;
 use std::path::{Path, PathBuf};
 use trisect::image::{Image, ImageError};
 use trisect::memory;
@@ -68,6 +70,18 @@ impl ImageFolder {
         }
     }
 
+    /// Lists the configurations of a folder as [`open`](Self::open) does, for a comparison with
+    /// another reference. A file or folder named `reference` in it is none of them.
+    ///
+    /// # Errors
+    ///
+    /// [`EvaluateError`] for folders that cannot be read or have no images.
+    pub fn without_reference(folder: &Path) -> Result<Self, EvaluateError> {
+        let content = Content::read(folder)?;
+        let reference = content.reference().unwrap_or_default();
+        Ok(Self { sets: content.sets(folder, &reference)?, reference: Vec::new() })
+    }
+
     /// Returns the files of all images and times.
     pub fn files(&self) -> impl Iterator<Item = &PathBuf> {
         self.reference.iter().chain(self.sets.iter().flat_map(|set| set.images.iter().chain(&set.times)))
@@ -83,7 +97,62 @@ impl ImageFolder {
         let truth = reference.truth()?;
         let mut found = Evaluation::new(&reference);
         for files in &self.sets {
-            found.rows.push(Row::of(&files.read()?, &reference, &truth)?);
+            let known = (&reference.labels[..], &reference.images[..]);
+            found.rows.push(Row::of(&files.read()?, known, &truth)?);
+        }
+        Ok(found)
+    }
+
+    /// Reads the first image of each configuration, and checks its size.
+    ///
+    /// # Errors
+    ///
+    /// [`EvaluateError::Size`], and errors of reading.
+    pub fn check_size(&self, width: u32, height: u32) -> Result<(), EvaluateError> {
+        for path in self.sets.iter().filter_map(|set| set.images.first()) {
+            let image = Image::read(path)?;
+            let (size, other_size) = ((image.width, image.height), (width, height));
+            if size != other_size {
+                let (image, other) = (path.display().to_string(), "the measurement".to_owned());
+                return Err(EvaluateError::Size { image, size, other, other_size });
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads and evaluates the images against another reference.
+    ///
+    /// # Errors
+    ///
+    /// [`EvaluateError`] with the file and a remedy: see [`evaluate`](super::evaluate).
+    pub fn rows(&self, truth: &Truth) -> Result<Vec<Row>, EvaluateError> {
+        self.sets.iter().map(|files| Row::of(&files.read()?, (&[], &[]), truth)).collect()
+    }
+
+    /// Reads and evaluates the images as frames of an animation, in the order of their names. Two
+    /// frames and their references are in memory.
+    ///
+    /// # Errors
+    ///
+    /// [`EvaluateError`] with the file and a remedy: see
+    /// [`evaluate_frames`](super::evaluate_frames).
+    pub fn evaluate_frames(&self) -> Result<FramesEvaluation, EvaluateError> {
+        let count = self.reference.len();
+        check_count("the reference", count, count)?;
+        self.sets.iter().try_for_each(|set| check_count(&set.name, set.images.len(), count))?;
+        let first = Image::read(&self.reference[0])?;
+        let mut found = FramesEvaluation::new((first.width, first.height), count);
+        for files in &self.sets {
+            let set = ImageSet::new(files.name.clone(), Vec::new(), files.times()?);
+            set.times.check(&set.name, count)?;
+            let mut errors = FrameErrors::new(count);
+            for (path, reference) in files.images.iter().zip(&self.reference) {
+                let read = |path: &Path| -> Result<(String, Image), EvaluateError> {
+                    Ok((path.display().to_string(), Image::read(path)?))
+                };
+                errors.add(read(path)?, read(reference)?)?;
+            }
+            found.rows.push(errors.finish(&set));
         }
         Ok(found)
     }
@@ -151,8 +220,12 @@ impl SetFiles {
         Self { name: name_of(folder), folder: folder.to_owned(), images, times }
     }
 
+    fn times(&self) -> Result<Times, EvaluateError> {
+        Ok(self.times.as_deref().map(Times::read).transpose()?.unwrap_or_default())
+    }
+
     fn read(&self) -> Result<ImageSet, EvaluateError> {
-        let times = self.times.as_deref().map(Times::read).transpose()?.unwrap_or_default();
+        let times = self.times()?;
         if self.images.len() < MIN_IMAGES {
             let (set, count) = (self.folder.display().to_string(), self.images.len());
             return Err(EvaluateError::TooFew { set, count, least: MIN_IMAGES });

@@ -3,7 +3,8 @@
 //!
 //! An [`ImageSet`] has the images of one configuration, each with a seed of its own.
 //! [`ReferenceImages`] are one image or several. [`evaluate`] compares sets in memory, an
-//! [`ImageFolder`] has those of files. Used by `trisect evaluate`.
+//! [`ImageFolder`] has those of files. [`evaluate_frames`] compares frames of animations. Used by
+//! `trisect evaluate`.
 //!
 //! An interval covers the truth in 95 % of cases if:
 //!
@@ -16,15 +17,19 @@
 //! renderer, or from those settings. If the reference is one image, its noise is unknown: the truth
 //! is then that image itself, and its noise is part of the squared bias.
 
+mod columns;
 mod folder;
+mod frames;
 mod reference;
 mod result;
 mod set;
+mod spectrum_table;
 mod table;
 mod times;
 
 pub use crate::error::EvaluateError;
 pub use folder::ImageFolder;
+pub use frames::{FramesEvaluation, FramesRow, evaluate_frames};
 pub use reference::ReferenceImages;
 pub use result::{Evaluation, EvaluationReference, Row};
 pub use set::ImageSet;
@@ -40,7 +45,7 @@ pub fn evaluate(sets: &[ImageSet], reference: &ReferenceImages) -> Result<Evalua
     let truth = reference.truth()?;
     let mut found = Evaluation::new(reference);
     for set in sets {
-        found.rows.push(Row::of(set, reference, &truth)?);
+        found.rows.push(Row::of(set, (&reference.labels, &reference.images), &truth)?);
     }
     Ok(found)
 }

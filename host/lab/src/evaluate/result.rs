@@ -1,10 +1,11 @@
 //! Results of an evaluation, as its JSON holds them.
 
 use super::{EvaluateError, ImageSet, ReferenceImages};
-use crate::accuracy::{Errors, Truth, flips_of, view};
+use crate::accuracy::{Errors, SpectrumBand, Truth, flips_of, spectrum, view};
 use crate::bench::Summary;
 use crate::statistics::Interval;
 use serde::{Deserialize, Serialize};
+use trisect::image::Image;
 use trisect::metrics::flip::DEFAULT_PIXELS_PER_DEGREE;
 use trisect::metrics::{ImageView, hdr_flip};
 
@@ -31,6 +32,9 @@ pub struct Row {
     /// Relative noise of an image that takes one second, if the variance falls with the time: the
     /// root of variance × median seconds. `None` without times.
     pub noise_at_one_second: Option<Interval>,
+    /// relMSE by spatial frequency, ascending.
+    #[serde(default)]
+    pub spectrum: Vec<SpectrumBand>,
 }
 
 /// Description of the reference.
@@ -63,13 +67,14 @@ pub struct Evaluation {
 }
 
 impl Row {
-    /// Evaluates a set against a reference, which `truth` was made of.
+    /// Evaluates a set against a reference, and checks that its images are none of the named ones
+    /// that `truth` was made of.
     pub(super) fn of(
         set: &ImageSet,
-        reference: &ReferenceImages,
+        reference: (&[String], &[Image]),
         truth: &Truth,
     ) -> Result<Self, EvaluateError> {
-        set.check((&reference.labels, &reference.images))?;
+        set.check(reference)?;
         let flips = flips_of(truth.image.pixels.len() as u64, set.images.len());
         let views: Vec<ImageView> = set.images.iter().take(flips).map(view).collect();
         let flip = |image| truth.seen.flip(image).map(|map| map.mean);
@@ -87,6 +92,7 @@ impl Row {
             hdr_flip: Interval::of_mean(&hdr),
             efficiency: median.map(|seconds| errors.efficiency(seconds)),
             noise_at_one_second: median.map(at_one_second),
+            spectrum: spectrum(&set.images, truth),
             errors,
         })
     }

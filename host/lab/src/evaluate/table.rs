@@ -1,9 +1,15 @@
 //! Results of an evaluation as a table for people.
 
+use super::columns::aligned;
+use super::frames::{FramesEvaluation, FramesRow};
 use super::result::{Evaluation, Row};
+use super::spectrum_table;
 use crate::accuracy::Bias;
 use crate::statistics::Interval;
-use std::fmt::Write;
+
+/// Headings of the columns of frames.
+const FRAME_COLUMNS: [&str; 7] =
+    ["configuration", "frames", "seconds", "error", "HDR-FLIP", "flicker", "of independent noise"];
 
 /// Headings of the columns.
 const COLUMNS: [&str; 8] =
@@ -27,18 +33,8 @@ impl Evaluation {
         if !is_known {
             columns[5] = "difference".to_owned();
         }
-        let rows: Vec<[String; 8]> =
-            [columns].into_iter().chain(self.rows.iter().map(|row| row.cells(is_known))).collect();
-        let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
-        let widths: [usize; 8] = std::array::from_fn(width);
-        for row in &rows {
-            let mut line = String::new();
-            for (cell, width) in row.iter().zip(widths) {
-                let _ = write!(line, "{cell:width$}  ");
-            }
-            text += line.trim_end();
-            text.push('\n');
-        }
+        text += &aligned([columns].into_iter().chain(self.rows.iter().map(|row| row.cells(is_known))));
+        text += &spectrum_table::of(&self.rows);
         text
     }
 }
@@ -65,6 +61,28 @@ impl Row {
             bias,
             format!("{:.4}", self.hdr_flip.value),
             self.noise_at_one_second.map_or_else(nothing, at_one_second),
+        ]
+    }
+}
+
+impl FramesEvaluation {
+    /// Returns the results as a table.
+    pub fn table(&self) -> String {
+        aligned([FRAME_COLUMNS.map(str::to_owned)].into_iter().chain(self.rows.iter().map(FramesRow::cells)))
+    }
+}
+
+impl FramesRow {
+    fn cells(&self) -> [String; 7] {
+        let percent = |squared: f64| format!("{:.3} %", 100.0 * squared.sqrt());
+        [
+            self.name.clone(),
+            self.each.len().to_string(),
+            self.seconds.map_or_else(|| "-".to_owned(), |seconds| format!("{:.3}", seconds.median)),
+            percent(self.rel_mse),
+            format!("{:.4}", self.hdr_flip),
+            percent(self.flicker),
+            format!("{:.2}", self.flicker_ratio),
         ]
     }
 }

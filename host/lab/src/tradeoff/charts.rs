@@ -70,11 +70,16 @@ pub(super) fn front(found: &Tradeoff) -> Chart {
     };
     let mut on_front: Vec<&Found> = found.points.iter().filter(|p| p.on_front).collect();
     on_front.sort_by(|a, b| a.seconds.all.median.total_cmp(&b.seconds.all.median));
+    let others = found.others.iter().filter_map(|other| {
+        let (x, y) = other.place()?;
+        Some(Point { x, y, hollow: other.row.errors.bias().is_seen() })
+    });
     let best = on_front.iter().map(|p| place(p, p.errors.bias().is_seen())).collect();
     let all = [
         series("unbiased", 0, false, of(false)),
         series("biased", 1, false, of(true)),
         series("Pareto front", 2, true, best),
+        series("other renderers", 3, false, others.collect()),
     ];
     Chart::Plot(Plot {
         title: "Pareto front of time and error".to_owned(),
@@ -116,12 +121,18 @@ pub(super) fn inline_front(found: &Tradeoff) -> String {
     let mut front: Vec<Mark> = found.points.iter().filter(|point| point.on_front).map(mark).collect();
     front.sort_by(|a, b| a.x.total_cmp(&b.x));
     front.iter_mut().for_each(|mark| mark.label = None);
+    let others = found.others.iter().filter_map(|other| {
+        let (x, y) = other.place()?;
+        let (hollow, name) = (other.row.errors.bias().is_seen(), other.row.name.clone());
+        Some(Mark { x, y, hollow, tip: other.line(), label: Some(name) })
+    });
     let (x, y) = (Axis::log("time of a render, s"), Axis::log("relative error, %"));
     let title = format!("Time and error of all settings for {}", found.scene);
     let all = [
         series("Pareto front", 2, true, front),
         series("no bias seen", 0, false, of(false)),
         series("biased", 1, false, of(true)),
+        series("other renderers", 3, false, others.collect()),
     ];
     let series = all.into_iter().filter(|series| !series.points.is_empty()).collect();
     inline(&Figure { title: &title, x: &x, y: &y, series })

@@ -127,6 +127,7 @@ impl Lab<'_> {
             slopes: front::slopes(&points),
             recommended: recommend(&points),
             points,
+            others: Vec::new(),
             missing,
             ended,
             seconds: start.elapsed().as_secs_f64(),

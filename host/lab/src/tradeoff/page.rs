@@ -3,7 +3,7 @@
 
 use super::picture::Pictures;
 use super::point::Tradeoff;
-use super::{TradeoffError, advice, charts, gallery, points_table, table};
+use super::{TradeoffError, advice, charts, gallery, others_table, points_table, table};
 use crate::page::{self, Document};
 use crate::plot;
 use std::fs;
@@ -84,6 +84,16 @@ impl Tradeoff {
         page.add(&page::inline_plot(&charts::over_time(self)));
         page.section("All points");
         page.add(&points_table::html(self));
+        if !self.others.is_empty() {
+            page.section("Other renderers");
+            page.paragraph(
+                "note",
+                "Images that were rendered elsewhere, against the same reference. Their bias contains what both \
+                 renderers define differently. Efficiency: 1 / (noise² × time), relative to the base with its most \
+                 samples.",
+            );
+            page.add(&others_table::html(&self.others));
+        }
         self.list_missing(&mut page);
         let wrong = |error| TradeoffError::encode(Path::new("report.html"), error);
         gallery::write(self, pictures, &mut page).map_err(wrong)?;

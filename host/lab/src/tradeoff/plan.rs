@@ -6,6 +6,7 @@ use super::converge::ConvergencePlan;
 use super::error_curve::Convergence;
 use super::fit::{Cost, Fit, REFERENCE_SHARE, fit};
 use super::measure::Sweep;
+use super::others::OtherRenderer;
 use super::picture::Pictures;
 use super::point::Tradeoff;
 use super::reference::{Reference, ReferenceInfo};
@@ -13,6 +14,8 @@ use super::supervisor::Supervisor;
 use super::{Lab, RenderCommand, TradeoffError, check_seeds};
 use crate::Error;
 use crate::accuracy::flips_of;
+use crate::error::EvaluateError;
+use crate::evaluate::ImageFolder;
 use std::path::Path;
 use trisect::adaptive::Goal;
 use trisect::device::Device;
@@ -60,6 +63,9 @@ pub struct TradeoffPlan<'a> {
     pub reference: ReferenceSource<'a>,
     /// Command that renders the base, without its number of samples.
     pub command: RenderCommand,
+    /// Images of other renderers that are measured against the same reference, in the size of the
+    /// configurations.
+    pub others: Option<&'a ImageFolder>,
 }
 
 /// Returns the base and its variations by the named knobs, or by all [`KNOBS`] without a name. Fast
@@ -84,7 +90,8 @@ impl TradeoffPlan<'_> {
     ///
     /// # Errors
     ///
-    /// Errors of rendering, and [`TradeoffError`].
+    /// Errors of rendering, [`TradeoffError`], and [`EvaluateError`] for the
+    /// images of other renderers.
     pub fn run(
         mut self,
         scene: &Scene,
@@ -93,6 +100,9 @@ impl TradeoffPlan<'_> {
     ) -> Result<(Tradeoff, Pictures), Error> {
         check_seeds(self.seeds)?;
         let [base, ..] = &self.configurations[..] else { return Err(no_configuration().into()) };
+        if let Some(others) = self.others {
+            others.check_size(base.settings.width, base.settings.height)?;
+        }
         let mut lab = Lab::new(scene, device);
         let (each, fixed) = lab.pace(base, supervisor)?;
         let Fit { levels, seeds, reference, reduction } = self.fit(base, (each, fixed), supervisor);
@@ -116,7 +126,11 @@ impl TradeoffPlan<'_> {
         report_reference(reference.as_ref(), supervisor);
         let command = &self.command;
         let sweep = Sweep { configurations, levels: &levels, seeds, flips, command, reduction };
-        lab.measure(&sweep, reference.as_ref(), supervisor)
+        let (mut found, pictures) = lab.measure(&sweep, reference.as_ref(), supervisor)?;
+        if let (Some(others), Some(reference)) = (self.others, &reference) {
+            found.others = measure_others(others, reference, &found, supervisor)?;
+        }
+        Ok((found, pictures))
     }
 
     /// Chooses what fits the supervisor's time, given the base's seconds per sample of each pixel
@@ -126,7 +140,8 @@ impl TradeoffPlan<'_> {
         let pixels = base.settings.pixels();
         let (configurations, seeds) = (self.configurations.len(), self.seeds);
         let analysis = pixels as f64 * analysis_seconds(flips_of(pixels, seeds), seeds);
-        let edge = self.may_reduce.then_some(base.settings.width.min(base.settings.height));
+        let may_reduce = self.may_reduce && self.others.is_none();
+        let edge = may_reduce.then_some(base.settings.width.min(base.settings.height));
         fit(left, Cost { configurations, seeds, each, fixed, analysis }, edge)
     }
 
@@ -185,6 +200,23 @@ fn no_configuration() -> TradeoffError {
     TradeoffError::TooFew { what: "the number of configurations", given: 0, least: 1 }
 }
 
+/// Measures images of other renderers, and reports each to the supervisor.
+fn measure_others(
+    others: &ImageFolder,
+    reference: &Reference,
+    found: &Tradeoff,
+    supervisor: &mut dyn Supervisor,
+) -> Result<Vec<OtherRenderer>, Error> {
+    let of_base = found.points.iter().filter(|point| point.knob == "base").max_by_key(|point| point.spp);
+    let of_base = of_base.map(|base| (base.errors.variance, base.seconds.all.median));
+    let image = reference.image();
+    let truth = reference.truth(&image).map_err(EvaluateError::from)?;
+    let others: Vec<OtherRenderer> =
+        others.rows(&truth)?.into_iter().map(|row| OtherRenderer::of(row, of_base)).collect();
+    others.iter().for_each(|other| supervisor.report(&other.line()));
+    Ok(others)
+}
+
 /// Returns the seconds per pixel that an image takes besides rendering, on all threads.
 fn analysis_seconds(flips: usize, seeds: usize) -> f64 {
     let threads = std::thread::available_parallelism().map_or(1.0, |threads| threads.get() as f64);
@@ -216,6 +248,7 @@ mod tests {
             may_reduce: false,
             reference: ReferenceSource { folder: Path::new("unused"), max_spp: None },
             command: RenderCommand::default(),
+            others: None,
         };
         let fitting = vec![4, 16, 64];
         assert_eq!(plan(&[], None).levels(fitting.clone()), [4, 16, 64]);

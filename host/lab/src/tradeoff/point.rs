@@ -1,6 +1,7 @@
 //! Results of a trade-off measurement, as its JSON holds them.
 
 use super::configuration::Configuration;
+use super::others::OtherRenderer;
 use super::reference::ReferenceInfo;
 use super::supervisor::Stop;
 use crate::accuracy::{Bias, Errors};
@@ -168,6 +169,9 @@ pub struct Tradeoff {
     pub recommended: Vec<Recommended>,
     /// Points, in the order of the knobs.
     pub points: Vec<Point>,
+    /// Images of other renderers, measured against the same reference.
+    #[serde(default)]
+    pub others: Vec<OtherRenderer>,
     /// Slopes of each configuration.
     pub slopes: Vec<Slope>,
     /// Configurations and numbers of samples that were not measured.

@@ -97,6 +97,12 @@ impl Tradeoff {
             text += &format!("  {}\n", point.line());
         }
         text += &advice::lines(self);
+        if !self.others.is_empty() {
+            text += "Images of other renderers:\n";
+        }
+        for other in &self.others {
+            text += &format!("  {}\n", other.line());
+        }
         for missing in &self.missing {
             text += &(missing.line() + "\n");
         }

@@ -7,12 +7,13 @@ use crate::error::{self, Facts};
 use crate::lifecycle::Running;
 use crate::renderer::Nested;
 use crate::scene::Scene;
-use crate::words::count;
+use crate::words::{count, wrong};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use std::path::PathBuf;
 use std::sync::Arc;
 use trisect_lab::Error;
+use trisect_lab::evaluate::ImageFolder;
 use trisect_lab::tradeoff::{Pictures, ReferenceSource, Tradeoff as Found, TradeoffPlan, configurations_of};
 
 /// Measured options: time, noise and bias of each; notebooks show it as a table.
@@ -100,7 +101,9 @@ impl Tradeoff {
 /// spp has the numbers of samples per pixel, one or several; by default three, up to max_spp or as
 /// many as fit time_limit, which is in seconds or text such as "8m". Each point is rendered with
 /// as many seeds as seeds says, at least 4. Images are smaller where the time is too short for the
-/// scene's size, unless a size, spp or max_spp is given. reference_spp is the maximum mean samples
+/// scene's size, unless a size, spp, max_spp or against is given. against is a folder of images of
+/// other renderers, as for ``trisect evaluate`` but without a reference: they are measured against
+/// the same one, and are in the report as others. reference_spp is the maximum mean samples
 /// per pixel of the reference, cache the folder that keeps references. backend, device and threads
 /// are those of Renderer, the settings those of Renderer.render. progress is True for a bar, or a
 /// callable that receives a LabProgress; an exception that it raises ends the measurement. The
@@ -109,7 +112,7 @@ impl Tradeoff {
 #[pyfunction]
 #[pyo3(
     signature = (scene, **options),
-    text_signature = "(scene, *, knobs=None, spp=None, max_spp=None, seeds=8, time_limit='8m', reference_spp=None, cache=None, backend='auto', device=None, threads=None, width=None, height=None, depth=None, sampler=None, roulette=None, roulette_depth=None, light_sampling=True, clamp=None, progress=None)"
+    text_signature = "(scene, *, knobs=None, spp=None, max_spp=None, against=None, seeds=8, time_limit='8m', reference_spp=None, cache=None, backend='auto', device=None, threads=None, width=None, height=None, depth=None, sampler=None, roulette=None, roulette_depth=None, light_sampling=True, clamp=None, progress=None)"
 )]
 pub fn tradeoff(
     py: Python<'_>,
@@ -118,11 +121,16 @@ pub fn tradeoff(
 ) -> PyResult<Tradeoff> {
     let _running = Running::begin()?;
     let _nested = Nested::begin()?;
-    let (mut spp, mut max_spp) = (Vec::new(), None);
+    let (mut spp, mut max_spp, mut against) = (Vec::new(), None, None);
     let options = LabOptions::read(scene.get(), "tradeoff", options, |name, value| {
         match name {
             "spp" => spp = levels(name, value)?,
             "max_spp" => max_spp = Some(count(name, value)?),
+            "against" => {
+                let folder =
+                    value.extract().map_err(|_| wrong(name, value, "it must be the path of a folder"));
+                against = Some(folder?);
+            }
             _ => return Ok(false),
         }
         Ok(true)
@@ -138,7 +146,9 @@ pub fn tradeoff(
     let mut watch = Watch::new(limit, progress);
     // The advice is of the points that one command renders.
     let (command, is_file) = (command.clone().unwrap_or_default(), command.is_some());
+    let against: Option<PathBuf> = against;
     let result = error::attempted(py, || {
+        let others = against.as_deref().map(ImageFolder::without_reference).transpose()?;
         let device = device.open()?.device;
         let plan = TradeoffPlan {
             configurations: configurations_of(&records, &base, &knobs, device.as_ref())?,
@@ -148,6 +158,7 @@ pub fn tradeoff(
             may_reduce: !has_size && spp.is_empty() && max_spp.is_none(),
             reference: ReferenceSource { folder: &cache, max_spp: reference_spp },
             command,
+            others: others.as_ref(),
         };
         let (mut found, pictures) = plan.run(&records, device, &mut watch)?;
         if found.ended.is_none() {

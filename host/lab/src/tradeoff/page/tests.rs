@@ -25,6 +25,7 @@ fn tradeoff(mut points: Vec<Point>) -> Tradeoff {
         seeds: 4,
         drift: 0.01,
         recommended: recommend(&points),
+        others: Vec::new(),
         slopes: front::slopes(&points),
         points,
         missing: vec![Missing { knob: BAD.to_owned(), level: BAD.to_owned(), reason: BAD.to_owned() }],
