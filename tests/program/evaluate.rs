@@ -91,3 +91,26 @@ fn what_cannot_be_evaluated() {
     fs::write(&times, "{\"seconds\": [1, 2, 3]}").unwrap();
     fails(&[], 1, &["times.json", "3 times for 2 images", "write {\"seconds\""]);
 }
+
+/// Noise with other random numbers in each frame flickers; noise of one seed stands still.
+#[test]
+fn frames_flicker() {
+    let folder = Temporary::new("evaluate", "frames");
+    render(&folder, "images/own", 1..6, &["--spp", "4"]);
+    render(&folder, "images/one", 1..2, &["--spp", "4"]);
+    render(&folder, "reference", 100..105, &["--spp", "256"]);
+    for frame in 2..6 {
+        fs::copy(folder.path("images/one/1.exr"), folder.path(&format!("images/one/{frame}.exr"))).unwrap();
+    }
+    let (images, reference) = (folder.file("images"), folder.file("reference"));
+    let arguments = ["evaluate", &images, "--reference", &reference, "--frames"];
+    let found: Value =
+        serde_json::from_slice(&trisect(&[&arguments[..], &["--json"]].concat()).stdout).unwrap();
+    let ratio = |name: &str| row(&found, name)["flicker_ratio"].as_f64().unwrap();
+    assert!((ratio("own") - 1.0).abs() < 0.25, "{}", ratio("own"));
+    assert!(ratio("one") < 0.1, "{}", ratio("one"));
+    let table = String::from_utf8(trisect(&arguments).stdout).unwrap();
+    assert!(table.starts_with("configuration  frames") && table.contains("flicker"), "{table}");
+    fs::remove_file(folder.path("reference/104.exr")).unwrap();
+    check_failure(&trisect(&arguments), &arguments, 1, &["one: 5 frames, but the reference has 4"]);
+}

@@ -74,3 +74,27 @@ def test_bad_images(truth):
         trisect.evaluate({"x": good}, reference, seconds={"y": [1.0]})
     stacked = trisect.evaluate(np.stack(good), np.stack(reference), seconds=2.0)
     assert stacked["rows"][0]["errors"] == trisect.evaluate(good, reference)["rows"][0]["errors"]
+
+
+def test_the_spectrum_adds_up(truth):
+    random = np.random.default_rng(5)
+    row = trisect.evaluate(noisy(truth, 0.2, 8, random), noisy(truth, 0.02, 8, random))["rows"][0]
+    parts = sum(band["rel_mse"]["value"] for band in row["spectrum"])
+    assert parts == pytest.approx(row["errors"]["rel_mse"]["value"], rel=1e-6)
+    assert row["spectrum"][-1]["density"] == pytest.approx(1, abs=0.1)
+
+
+def test_frames(truth):
+    random = np.random.default_rng(6)
+    reference = [(truth + 0.01 * frame).astype(np.float32) for frame in range(5)]
+    [still] = noisy(truth, 0.1, 1, random)
+    sets = {
+        "independent": [(one + 0.01 * frame).astype(np.float32) for frame, one in enumerate(noisy(truth, 0.1, 5, random))],
+        "still": [(still + 0.01 * frame).astype(np.float32) for frame in range(5)],
+    }
+    independent, steady = trisect.evaluate(sets, reference, frames=True)["rows"]
+    assert independent["flicker_ratio"] == pytest.approx(1, abs=0.1)
+    assert steady["flicker_ratio"] < 1e-3
+    assert len(steady["flicker_each"]) == 4
+    with pytest.raises(trisect.LabError, match="5 frames, but the reference has 4"):
+        trisect.evaluate(sets, reference[:4], frames=True)

@@ -292,3 +292,24 @@ def test_bad_arguments(cache, tmp_path):
         with pytest.raises(trisect.LabError, match="references are kept there") as raised:
             function(small(), **{**good, "cache": tmp_path / "file"}, **({"spp": 1} if function is trisect.tradeoff else {"last": 64}))
         assert raised.value.file.startswith(str(tmp_path / "file"))
+
+
+def test_images_of_others(root, scene, cache, tmp_path):
+    """Images of the scene itself stand for those of another renderer."""
+    renderer = trisect.Renderer(scene, "cpu")
+    folder = tmp_path / "others" / "same"
+    folder.mkdir(parents=True)
+    for seed in range(4):
+        renderer.render(16, width=16, height=16, seed=seed, sampler="independent").save(folder / f"{seed}.exr")
+    (folder / "times.json").write_text('{"seconds": 0.5}')
+    found = trisect.tradeoff(scene, knobs=["depth"], spp=16, cache=cache, against=folder.parent, sampler="independent", **SIZE)
+    [other] = found.report["others"]
+    assert other["name"] == "same" and not other["errors"]["biased"]
+    base = next(row for row in found.table if row["knob"] == "base")
+    assert 0.5 < other["errors"]["variance"]["value"] / base["variance"] < 2
+    assert other["efficiency_of_base"]["value"] < 1
+    assert not faults(root, "tradeoff", found.report)
+    with pytest.raises(trisect.LabError, match="16x16 pixels"):
+        trisect.tradeoff(scene, against=folder.parent, cache=cache, backend="cpu", width=17, height=16)
+    with pytest.raises(trisect.LabError, match="nosuch"):
+        trisect.tradeoff(scene, against=tmp_path / "nosuch", cache=cache, **SIZE)

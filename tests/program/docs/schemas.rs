@@ -90,6 +90,14 @@ fn reports_are_valid() {
     check("evaluate", &printed(&["evaluate", &images, "--json"]));
     fs::write(folder.path("images/a/times.json"), "{\"seconds\": 1, \"processor_seconds\": 2}").unwrap();
     check("evaluate", &printed(&["evaluate", &images, "--json"]));
+    let frames = ["evaluate", &folder.file("images/a"), "--reference", &folder.file("frames"), "--frames"];
+    fs::create_dir_all(folder.path("frames")).unwrap();
+    for (name, seed) in [("1", "4"), ("2", "5")] {
+        let file = folder.file(&format!("frames/{name}.exr"));
+        let render = ["render", scene, "--spp", "2", "--seed", seed, "-q", "-o", &file];
+        assert!(trisect(&[&render[..], &small].concat()).status.success());
+    }
+    check("evaluate_frames", &printed(&[&frames[..], &["--json"]].concat()));
     check("info", &printed(&["info", "--json"]));
     // The exit code depends on the machine.
     check("doctor", &serde_json::from_slice(&trisect(&["doctor", "--json"]).stdout).unwrap());
@@ -99,7 +107,7 @@ fn reports_are_valid() {
     let bench = ["bench", scene, "--spp", "1", "--frames", "2", "--json=-"];
     check("bench", &printed(&[&bench[..], &small].concat()));
     let out = folder.file("tradeoff");
-    let tradeoff = ["tradeoff", scene, "--levels", "1,4", "-q", "--json", "-o", &out];
+    let tradeoff = ["tradeoff", scene, "--levels", "1,4", "--against", &images, "-q", "--json", "-o", &out];
     check("tradeoff", &printed(&[&tradeoff[..], &small, &lab].concat()));
     let converge = ["converge", scene, "--first", "1", "--last", "4", "--json"];
     check("converge", &printed(&[&converge[..], &small, &lab].concat()));

@@ -85,11 +85,15 @@ fn folder(name: &str) -> Temporary {
     write("square.gltf", &square.replace("\"extensionsUsed\":[", variants));
     let pose = "(look_from: (0, 0, 5), look_at: (0, 0, 0), vertical_fov: 30)";
     write("path.ron", &format!("CameraPath(version: 1, keys: [(frame: 0, camera: {pose})])"));
-    fs::create_dir(folder.path("seeds")).unwrap();
+    for name in ["seeds", "others"] {
+        fs::create_dir(folder.path(name)).unwrap();
+    }
     for files in [
         "--output=sky.pfm",
         "--output=seeds/1.pfm --seed=1",
         "--output=seeds/2.pfm --seed=2",
+        "--output=others/1.pfm --seed=3",
+        "--output=others/2.pfm --seed=4",
         "--output=a.png --checkpoint=done.ckpt",
     ] {
         let words = format!("render a.ron --backend=cpu {files}");

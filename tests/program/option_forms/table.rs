@@ -29,7 +29,7 @@ pub const BASES: &[(&str, &str, &str)] = &[
         "a.ron --backend=cpu --first=1 --last=4 --seeds=4 --knobs=depth --reference-spp=1 --cache=b",
     ),
     ("view", "view", "a.ron --backend=cpu --headless --frames=1"),
-    ("evaluate", "evaluate", "seeds --reference=sky.pfm"),
+    ("evaluate", "evaluate", "seeds --reference=others"),
     ("compare", "compare", "a.png a.png"),
     ("check", "check", "a.ron"),
     ("info", "info", ""),
@@ -230,12 +230,12 @@ pub const TABLE: &str = r#"
                    | tradeoff converge     | . - b.json                    | a.ron
                    | check                 | . - b.json                    | a.ron
                    | compare               | . - b.json                    | a.png
-                   | evaluate              | . - b.json                    | sky.pfm seeds/1.pfm
+                   | evaluate              | . - b.json                    | others/1.pfm seeds/1.pfm
                    | info                  | . - b.json                    |
                    | doctor                | . b.json                      |
                    | bench view            | . - b.json                    | a.ron
 --html             | compare               | b.html b.HTM                  | a.png b.txt
---reference        | evaluate              | sky.pfm                       | nosuch.pfm@1~nosuch a.png@1~a.png
+--reference        | evaluate              | sky.pfm others                | nosuch.pfm@1~nosuch a.png@1~a.png
 --max-rel-mse      | compare               | 0 1e-3 inf                    | -1 nan 5% x
 --write            | check                 | {n}.ron                       | a.ron~itself b.txt~RON
 
@@ -254,6 +254,8 @@ pub const TABLE: &str = r#"
                    | tradeoff converge     |                               | "" depth,
 --seeds            | tradeoff converge     | 4 5                           | 0 3 1025 -1 4.5 x
 --levels           | tradeoff              | 1                             | 0 -1 1,,2 1,x 1.5
+--against          | tradeoff              | others                        | nosuch@1~nosuch
+--frames           | evaluate              | .                             |
 --reference-spp    | tradeoff converge     | 1 8                           | 0 -1 1.5 x
 --cache            | tradeoff converge     | b                             |
 --first            | converge              | 1                             | 0 2 -1 1.5 x

@@ -258,6 +258,7 @@ def evaluate(
     reference: t.Union[_Image, t.Sequence[_Image]],
     *,
     seconds: t.Union[None, t.Sequence[float], t.Dict[str, t.Sequence[float]]] = None,
+    frames: bool = False,
 ) -> t.Dict[str, t.Any]: ...
 def compare(image: _Image, reference: _Image, *, flip_map: bool = False) -> t.Dict[str, t.Any]: ...
 def tradeoff(
@@ -266,6 +267,7 @@ def tradeoff(
     knobs: t.Union[None, str, t.Sequence[str]] = None,
     spp: t.Union[None, int, t.Sequence[int]] = None,
     max_spp: t.Optional[int] = None,
+    against: t.Optional[_Path] = None,
     seeds: int = 8,
     time_limit: t.Union[None, str, float] = "8m",
     reference_spp: t.Optional[int] = None,
