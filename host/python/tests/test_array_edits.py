@@ -82,6 +82,23 @@ def test_chains_of_edits_keep_each_other():
     assert scene.digest == small(objects=[square(name="window", transform=moved), balls()], materials=materials).digest
 
 
+def test_scenes_of_files_take_arrays(tmp_path):
+    path = tmp_path / "a.ron"
+    path.write_text(
+        "Scene(version: 1, image: (width: 32, height: 32), sky: Uniform(radiance: (1, 1, 1)),"
+        " camera: (look_from: (0, 0, 4), look_at: (0, 0, 0), vertical_fov: 40), textures: { \"wood\": (file: \"no.png\") },"
+        " materials: { \"red\": Lambertian(albedo: (1, 1, 1), texture: \"wood\") },"
+        " objects: [Sphere(center: (0, 0, 0), radius: 1, material: \"red\")])"
+    )
+    blue, sky = np.float32([[[0, 0, 1]]]), np.full((4, 8, 3), 0.25, np.float32)
+    scene = trisect.Scene.load(path, set={"textures.wood": blue, "sky": sky})
+    assert np.allclose(color(scene), (0, 0, 1), atol=1e-3) and np.allclose(image(scene)[0, 0], 0.25, atol=1e-3)
+    assert np.allclose(color(scene.edit({"textures.wood": blue[..., ::-1].copy()})), (1, 0, 0), atol=1e-3)
+    # Negative control: without the array the file is missing.
+    with pytest.raises(trisect.SceneError, match="no.png"):
+        trisect.Scene.load(path, set={"sky": sky})
+
+
 def test_skies_of_arrays():
     day, night = np.ones((4, 8, 3), np.float32), np.full((4, 8, 3), 0.25, np.float32)
     scene = small(objects=[], sky=day)
