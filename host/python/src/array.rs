@@ -1,7 +1,9 @@
 //! NumPy arrays: results without a copy, and arguments that are checked by name.
 
 use numpy::ndarray::{Array2, Array3};
-use numpy::{Element, IntoPyArray, PyArray2, PyArray3, PyReadonlyArray2, PyUntypedArrayMethods};
+use numpy::{
+    Element, IntoPyArray, PyArray2, PyArray3, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods,
+};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
@@ -48,6 +50,29 @@ pub fn rows<'py, T: Element + bytemuck::Pod, const N: usize>(
     let values = array.as_slice().map_err(|e| PyValueError::new_err(e.to_string()))?;
     // The scene owns its meshes: this is the one copy.
     Ok(bytemuck::cast_slice::<T, [T; N]>(values).to_vec())
+}
+
+/// Returns the values of an argument: a float32 array of shape (n,).
+///
+/// # Errors
+///
+/// `TypeError` or `ValueError` with the argument's name.
+pub fn values(name: &str, argument: &Bound<'_, PyAny>) -> PyResult<Vec<f32>> {
+    let array: PyReadonlyArray1<'_, f32> =
+        argument.extract().map_err(|_| wrong_type(name, "float32 array of shape (n,)", argument))?;
+    contiguous(name, array.as_slice().is_ok())?;
+    Ok(array.as_slice().map_err(|e| PyValueError::new_err(e.to_string()))?.to_vec())
+}
+
+/// Refuses values that are NaN or infinite.
+pub fn all_finite(name: &str, values: &[f32]) -> PyResult<()> {
+    match values.iter().position(|value| !value.is_finite()) {
+        None => Ok(()),
+        Some(at) => {
+            let message = format!("{name} has {} as its value {at}; all must be finite", values[at]);
+            Err(PyValueError::new_err(message))
+        }
+    }
 }
 
 /// Refuses an array with gaps between its elements.

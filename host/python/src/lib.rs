@@ -4,6 +4,8 @@
 //! exceptions, the parts of which scenes are built, and what only notebooks need.
 
 mod array;
+mod array_image;
+mod array_object;
 mod checkpoint_options;
 mod checkpoints;
 mod compare;
@@ -23,7 +25,9 @@ mod options;
 mod ranks;
 mod renderer;
 mod scene;
+mod scene_edit;
 mod scene_parts;
+mod scene_source;
 mod words;
 
 use pyo3::prelude::*;

@@ -1,211 +1,107 @@
-//! Parts of a built scene that are arrays: meshes, many spheres, and a panorama.
+//! Parts of a scene that are arrays: objects, images of textures, and a panorama.
 
-use crate::array::{contiguous, rows};
-use numpy::{PyReadonlyArray1, PyReadonlyArray3, PyUntypedArrayMethods};
-use pyo3::exceptions::PyValueError;
+use crate::array_image::{self, Panorama};
+use crate::array_object::ArrayObject;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
-use trisect::glam::{DAffine3, DVec3};
-use trisect::image::Image;
-use trisect::scene::description::{Description, Instance, Mesh, Shape, ShapeKind, Sky};
+use trisect::scene::description::{Description, TextureImage};
 
-/// Mesh that is placed once.
-#[derive(Clone, Debug)]
-struct PlacedMesh {
-    mesh: Mesh,
-    transform: DAffine3,
-    name: Option<String>,
+/// Place of an object of the list from which a scene was built.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// Number among the objects of the scene's text.
+    Text(usize),
+    /// Number among the objects of arrays.
+    Array(usize),
 }
 
-/// Spheres of one material.
-#[derive(Clone, Debug)]
-struct Spheres {
-    shapes: Vec<Shape>,
-    name: Option<String>,
-}
-
-/// Parts of a scene that are arrays.
+/// Parts of a scene that are arrays. Clones share the arrays.
 #[derive(Clone, Debug, Default)]
 pub struct Parts {
-    meshes: Vec<Arc<PlacedMesh>>,
-    spheres: Vec<Arc<Spheres>>,
-    sky: Option<Sky>,
+    pub objects: Vec<ArrayObject>,
+    /// Places of all objects, as the list had them; empty for a scene that was not built.
+    places: Arc<Vec<Place>>,
+    pub sky: Option<Panorama>,
+    /// Images by the names of the files that they stand for. Their own names are those of the
+    /// textures.
+    pub images: BTreeMap<String, Arc<TextureImage>>,
 }
 
 impl Parts {
-    /// Reads the arrays that `trisect._build` has collected.
+    /// Reads the arrays that `trisect._build.scene` has collected.
     ///
     /// # Errors
     ///
     /// `TypeError` or `ValueError` with the name of the array.
     pub fn read(arrays: &Bound<'_, PyAny>) -> PyResult<Self> {
         let mut parts = Self::default();
-        for part in arrays.get_item("meshes")?.try_iter()? {
-            parts.meshes.push(Arc::new(mesh(part?.cast::<PyDict>()?)?));
+        for object in arrays.get_item("objects")?.try_iter()? {
+            parts.objects.push(ArrayObject::read(&object?, "")?);
         }
-        for part in arrays.get_item("spheres")?.try_iter()? {
-            parts.spheres.push(Arc::new(spheres(part?.cast::<PyDict>()?)?));
+        let place = |(is_array, number): (bool, usize)| match is_array {
+            true => Place::Array(number),
+            false => Place::Text(number),
+        };
+        let places: Vec<(bool, usize)> = arrays.get_item("places")?.extract()?;
+        parts.places = Arc::new(places.into_iter().map(place).collect());
+        for texture in arrays.get_item("textures")?.try_iter()? {
+            let (name, file, texels): (String, String, Bound<'_, PyAny>) = texture?.extract()?;
+            parts.set_image(&name, file, &texels)?;
         }
         let sky = arrays.get_item("sky")?;
-        if !sky.is_none() {
-            parts.sky = Some(panorama(&sky)?);
-        }
+        parts.sky = if sky.is_none() { None } else { Some(Panorama::read(&sky)?) };
         Ok(parts)
     }
 
-    /// Returns whether the sky is an array.
-    pub fn has_sky(&self) -> bool {
-        self.sky.is_some()
+    /// Sets the image of a texture, which stands for `file`.
+    ///
+    /// # Errors
+    ///
+    /// `TypeError` or `ValueError` with the name of the texture.
+    pub fn set_image(&mut self, name: &str, file: String, texels: &Bound<'_, PyAny>) -> PyResult<()> {
+        let image = array_image::texels(&format!("textures.{name}"), name, texels)?;
+        self.images.insert(file, Arc::new(image));
+        Ok(())
+    }
+
+    /// Returns the file for which the image of a texture stands, if it has one in memory.
+    pub fn file_of(&self, texture: &str) -> Option<&String> {
+        self.images.iter().find(|(_, image)| image.name == texture).map(|(file, _)| file)
+    }
+
+    /// Returns the place of an object, by its place in the list or its name; `None` for one that
+    /// only the text may have.
+    pub fn place(&self, object: &str) -> Option<Place> {
+        let number = object.parse().ok().and_then(|number: usize| self.places.get(number).copied());
+        let of_name = || self.objects.iter().position(|of| of.name == object).map(Place::Array);
+        number.or_else(of_name)
     }
 
     /// Returns whether there are no arrays.
     pub fn is_empty(&self) -> bool {
-        self.meshes.is_empty() && self.spheres.is_empty() && self.sky.is_none()
+        self.objects.is_empty() && self.sky.is_none() && self.images.is_empty()
     }
 
-    /// Adds the parts to a scene.
-    pub fn add_to(&self, description: &mut Description) {
-        for placed in &self.meshes {
-            let mesh = description.meshes.len();
-            description.meshes.push(placed.mesh.clone());
-            description.instances.push(Instance { mesh, transform: placed.transform });
-            description.instance_objects.push(description.object_names.len());
-            description.object_names.push(placed.name.clone());
+    /// Returns whether the objects of arrays have the same names and materials in both.
+    pub fn has_names_of(&self, other: &Self) -> bool {
+        self.objects.iter().map(ArrayObject::names).eq(other.objects.iter().map(ArrayObject::names))
+    }
+
+    /// Adds objects and sky to a scene, whose materials they name.
+    ///
+    /// # Errors
+    ///
+    /// A message for a material that the scene lacks.
+    pub fn add_to(&self, description: &mut Description) -> Result<(), String> {
+        let mut materials = HashMap::new();
+        for (index, material) in description.materials.iter().enumerate() {
+            materials.entry(material.name.clone()).or_insert(index);
         }
-        for spheres in &self.spheres {
-            let object = description.object_names.len();
-            description.shapes.extend_from_slice(&spheres.shapes);
-            description.shape_objects.extend(spheres.shapes.iter().map(|_| object));
-            description.object_names.push(spheres.name.clone());
-        }
+        self.objects.iter().try_for_each(|object| object.add_to(description, &materials))?;
         if let Some(sky) = &self.sky {
-            description.sky = Some(sky.clone());
+            description.sky = Some(sky.sky());
         }
+        Ok(())
     }
-}
-
-/// Returns an entry of a dict, unless it is None.
-fn given<'py>(part: &Bound<'py, PyDict>, name: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
-    Ok(part.get_item(name)?.filter(|value| !value.is_none()))
-}
-
-/// Returns an entry that must be there.
-fn needed<'py>(part: &Bound<'py, PyDict>, name: &str) -> PyResult<Bound<'py, PyAny>> {
-    given(part, name)?.ok_or_else(|| PyValueError::new_err(format!("{name} is missing")))
-}
-
-fn mesh(part: &Bound<'_, PyDict>) -> PyResult<PlacedMesh> {
-    let name: Option<String> = given(part, "name")?.map(|name| name.extract()).transpose()?;
-    let positions: Vec<[f32; 3]> = rows("positions", &needed(part, "positions")?)?;
-    let triangles: Vec<[u32; 3]> = rows("triangles", &needed(part, "triangles")?)?;
-    let vertices = positions.len();
-    if let Some(index) = triangles.iter().flatten().find(|index| **index as usize >= vertices) {
-        let message = format!("triangles has the index {index}, and positions has {vertices} vertices");
-        return Err(PyValueError::new_err(message));
-    }
-    let mesh = Mesh {
-        name: name.clone().unwrap_or_else(|| "mesh".to_owned()),
-        normals: by_vertex(part, "normals", vertices)?,
-        uvs: by_vertex(part, "uvs", vertices)?,
-        colors: by_vertex(part, "colors", vertices)?,
-        positions,
-        triangles,
-        material: needed(part, "material")?.extract()?,
-        ..Mesh::default()
-    };
-    for (name, values) in [("positions", mesh.positions.as_flattened()), ("uvs", mesh.uvs.as_flattened())] {
-        all_finite(name, values)?;
-    }
-    all_finite("normals", mesh.normals.as_flattened())?;
-    all_finite("colors", mesh.colors.as_flattened())?;
-    let columns: [f64; 12] = needed(part, "transform")?.extract()?;
-    Ok(PlacedMesh { mesh, transform: DAffine3::from_cols_array(&columns), name })
-}
-
-/// Returns an array of a mesh with a row for each vertex; an empty one if it is not given.
-fn by_vertex<const N: usize>(
-    part: &Bound<'_, PyDict>,
-    name: &str,
-    vertices: usize,
-) -> PyResult<Vec<[f32; N]>> {
-    let Some(array) = given(part, name)? else { return Ok(Vec::new()) };
-    let values: Vec<[f32; N]> = rows(name, &array)?;
-    if values.len() != vertices {
-        let message = format!("{name} has {} rows, and positions has {vertices}", values.len());
-        return Err(PyValueError::new_err(message));
-    }
-    Ok(values)
-}
-
-/// Refuses values that are NaN or infinite.
-fn all_finite(name: &str, values: &[f32]) -> PyResult<()> {
-    match values.iter().position(|value| !value.is_finite()) {
-        None => Ok(()),
-        Some(at) => {
-            let message = format!("{name} has {} as its value {at}; all must be finite", values[at]);
-            Err(PyValueError::new_err(message))
-        }
-    }
-}
-
-fn spheres(part: &Bound<'_, PyDict>) -> PyResult<Spheres> {
-    let centers: Vec<[f32; 3]> = rows("centers", &needed(part, "centers")?)?;
-    let given_radii = needed(part, "radii")?;
-    let radii: PyReadonlyArray1<'_, f32> = given_radii
-        .extract()
-        .map_err(|_| pyo3::exceptions::PyTypeError::new_err("radii must be a float32 array of shape (n,)"))?;
-    let radii = radii.as_slice().map_err(|_| {
-        PyValueError::new_err("radii is not contiguous in memory; pass numpy.ascontiguousarray(radii)")
-    })?;
-    if radii.len() != centers.len() {
-        let message = format!("radii has {} values, and centers has {} rows", radii.len(), centers.len());
-        return Err(PyValueError::new_err(message));
-    }
-    all_finite("centers", centers.as_flattened())?;
-    all_finite("radii", radii)?;
-    if let Some(at) = radii.iter().position(|radius| *radius <= 0.0) {
-        return Err(PyValueError::new_err(format!(
-            "radii has {} as its value {at}; all must be above 0",
-            radii[at]
-        )));
-    }
-    let material: usize = needed(part, "material")?.extract()?;
-    let sphere = |(center, radius): (&[f32; 3], &f32)| {
-        let kind =
-            ShapeKind::Sphere { center: DVec3::from(center.map(f64::from)), radius: f64::from(*radius) };
-        Shape { kind, material }
-    };
-    let shapes = centers.iter().zip(radii).map(sphere).collect();
-    let name = given(part, "name")?.map(|name| name.extract()).transpose()?;
-    Ok(Spheres { shapes, name })
-}
-
-fn panorama(part: &Bound<'_, PyAny>) -> PyResult<Sky> {
-    let part = part.cast::<PyDict>()?;
-    let array = needed(part, "radiance")?;
-    let radiance: PyReadonlyArray3<'_, f32> = array.extract().map_err(|_| {
-        pyo3::exceptions::PyTypeError::new_err("sky must be a float32 array of shape (height, width, 3)")
-    })?;
-    let shape = radiance.shape();
-    if shape[2] != 3 || shape[0] == 0 || shape[1] == 0 {
-        return Err(PyValueError::new_err(format!("sky has shape {shape:?}; it must be (height, width, 3)")));
-    }
-    contiguous("sky", radiance.is_c_contiguous() && radiance.as_slice().is_ok())?;
-    let values = radiance.as_slice().map_err(|error| PyValueError::new_err(error.to_string()))?;
-    all_finite("sky", values)?;
-    if let Some(at) = values.iter().position(|value| *value < 0.0) {
-        return Err(PyValueError::new_err(format!(
-            "sky has {} as its value {at}; all must be 0 or more",
-            values[at]
-        )));
-    }
-    let image = Image {
-        width: shape[1] as u32,
-        height: shape[0] as u32,
-        pixels: bytemuck::cast_slice(values).to_vec(),
-    };
-    let scale = needed(part, "scale")?.extract()?;
-    let rotation: f64 = needed(part, "rotation")?.extract()?;
-    Ok(Sky::Image { image: Arc::new(image), scale, rotation: rotation.to_radians() })
 }

@@ -174,13 +174,10 @@ def test_edits_take_what_constructors_take():
     with pytest.warns(trisect.SceneWarning, match="nothing in view"):
         moved = scene.edit({"objects.box.transform": [[1, 0, 0, 9], [0, 1, 0, 0], [0, 0, 1, 0]], "sky": (0, 0, 1)})
     assert np.allclose(trisect.Renderer(moved, "cpu").render(1).image, (0, 0, 1), atol=1e-3)
-    for changes in [{"sky": trisect.Panorama(np.ones((2, 4, 3), np.float32))}, {"objects.box": square()}]:
-        with pytest.raises(TypeError, match="of arrays cannot be a value"):
-            scene.edit(changes)
+    with pytest.raises(TypeError, match="Mesh of arrays cannot be a value"):
+        scene.edit({"objects.box": square()})
     with pytest.raises(ValueError, match="is not the path of a field"):
         scene.edit({"camera.look_at=0,1,0": 1})
-    with pytest.raises(trisect.SceneError, match="the sky is an array"):
-        small(sky=np.ones((2, 4, 3), np.float32)).edit({"sky": trisect.Uniform((0, 0, 1))})
 
 
 def test_chains_of_edits_stay_short():

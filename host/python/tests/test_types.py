@@ -22,6 +22,7 @@ class Comm:
 scene = trisect.Scene(
     camera=trisect.Camera((0, 0, 4), (0, 0, 0), 40), materials={"a": trisect.Lambertian((1, 0, 0))},
     objects=[trisect.Sphere((0, 0, 0), 1, "a")], sky=(1, 1, 1),
+    textures={"a": np.zeros((2, 2, 3), np.uint8), "b": trisect.Texels(np.zeros((2, 2), np.float32), wrap="Clamp")},
 )
 frame = trisect.Renderer(scene, "cpu").render(4, width=16, aov=["depth"], progress=lambda p: print(p.done))
 image: np.ndarray = frame.image

@@ -9,8 +9,11 @@ use super::model::{self, Additions};
 use super::scene_document::{HELLO_WORLD, HELLO_WORLD_NAME};
 use super::source::Source;
 use super::surroundings::Surroundings;
+use super::texture::TextureImage;
 use super::{CameraChoice, FieldEdit, LoadOptions, Rebase, Scene, SceneDocument, SceneError, Sharing};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// A scene file, or a model, whose models move, and whose fields can be changed. Its files are read
 /// and its images decoded once.
@@ -116,8 +119,9 @@ impl AnimatedScene {
 
     /// Reads the scene at its start.
     fn of(content: Content, name: String, folder: Folder, options: &LoadOptions) -> Result<Self, SceneError> {
-        let LoadOptions { model, surroundings, edits, .. } = options;
-        let library = Library::new(folder.clone(), model.clone());
+        let LoadOptions { model, surroundings, edits, images, .. } = options;
+        let mut library = Library::new(folder.clone(), model.clone());
+        library.images.clone_from(images);
         let sky = surroundings
             .environment
             .as_ref()
@@ -160,15 +164,41 @@ impl AnimatedScene {
     ///
     /// Those of [`edit`](Self::edit).
     pub fn set_edits(&mut self, edits: Vec<FieldEdit>, time: f64) -> Result<Scene, SceneError> {
+        self.set_edits_and(edits, time, |_| Ok(()))
+    }
+
+    /// Replaces all changes of the scene file's fields, as [`set_edits`](Self::set_edits) does;
+    /// `complete` changes the scene before its device records are made, such as by adding meshes.
+    /// Images and the sky stay the same while descriptions share them.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`edit`](Self::edit) and of `complete`.
+    pub fn set_edits_and(
+        &mut self,
+        edits: Vec<FieldEdit>,
+        time: f64,
+        complete: impl FnOnce(&mut SceneDocument) -> Result<(), SceneError>,
+    ) -> Result<Scene, SceneError> {
         if matches!(self.content, Content::Model { .. }) && !edits.is_empty() {
             return Err(Source::no_fields(&self.name));
         }
         let (before, moved) = (std::mem::replace(&mut self.edits, edits), self.library.has_moved);
-        let scene = self.document(time).and_then(|document| self.lower(document));
+        let document = self.document_as_filed(time).and_then(|mut document| {
+            complete(&mut document)?;
+            document.choose_camera(&self.camera)?;
+            Ok(document)
+        });
+        let scene = document.and_then(|document| self.lower(document));
         if scene.is_err() {
             (self.edits, self.library.has_moved) = (before, moved);
         }
         scene
+    }
+
+    /// Replaces the images in memory; see [`LoadOptions::images`].
+    pub fn set_images(&mut self, images: BTreeMap<String, Arc<TextureImage>>) {
+        self.library.images = images;
     }
 
     /// Returns whether a part of the scene moves.

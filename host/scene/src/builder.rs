@@ -6,6 +6,7 @@ pub use super::material::surface::{
 };
 pub use super::medium::{DensityGrid, Medium};
 pub use super::sun_sky::SunSky;
+pub use super::texture::{Filter, Texels, TextureImage, TextureUse, Wrap};
 
 use super::description::{
     Description, Instance, Material, Mesh, Portal, PunctualLight, Shape, ShapeKind, Sky,
@@ -75,6 +76,15 @@ impl SceneBuilder {
         }
         self.description.materials.push(material);
         MaterialId(index)
+    }
+
+    /// Adds an image, and returns its use as a texture, which repeats it and interpolates between
+    /// its texels. Materials have clones of it, with other fields where they read it differently.
+    pub fn texture(&mut self, image: TextureImage) -> TextureUse {
+        let index = self.description.images.len();
+        let name = if image.name.is_empty() { index.to_string() } else { image.name.clone() };
+        self.description.images.push(image.named(name).into());
+        TextureUse::of(index)
     }
 
     /// Adds a medium, for [`Material::medium`] or as the [`atmosphere`](Self::atmosphere).

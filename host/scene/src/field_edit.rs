@@ -94,6 +94,17 @@ pub(crate) fn edited_name(file: &str, edits: &[FieldEdit]) -> String {
 }
 
 impl FieldEdit {
+    /// Returns the path: names of fields and entries, and numbers of list entries.
+    pub fn path(&self) -> &[String] {
+        &self.path
+    }
+
+    /// Returns the change with another path.
+    #[must_use]
+    pub fn at(self, path: Vec<String>) -> Self {
+        Self { path, ..self }
+    }
+
     /// Returns whether this change, made after `earlier`, leaves nothing of it: both are of the
     /// same field, or `earlier` is of a part of this one's.
     pub(crate) fn replaces(&self, earlier: &Self) -> bool {
@@ -117,7 +128,7 @@ impl FieldEdit {
                     let (before, after) = text.split_at(within.opening);
                     return Ok(format!("{before}{key}: {},{after}", self.value));
                 }
-                None => return Err(format!("{} has no {name}; {}", parent(), contents(&within))),
+                None => return Err(format!("{} has no {name}; {}", parent(), contents(text, &within))),
             }
         }
         let was_string = text[place.clone()].starts_with('"');
@@ -134,28 +145,39 @@ fn can_insert(within: &Container<'_>) -> bool {
     within.kind != Kind::List && within.entries.iter().all(|entry| entry.key.is_some())
 }
 
+/// Maximum number of names in a message.
+const MAX_NAMES: usize = 20;
+
 /// Returns the place of the value of an entry, by its key, its number, or its field `name`.
 fn find(text: &str, within: &Container<'_>, name: &str) -> Option<Range<usize>> {
     let by_key = within.entries.iter().find(|entry| entry.key == Some(name));
     let by_number = || name.parse::<usize>().ok().and_then(|index| within.entries.get(index));
-    let is_named = |entry: &&Entry<'_>| {
-        let fields = container(text, entry.value.start).map_or(Vec::new(), |fields| fields.entries);
-        fields
-            .iter()
-            .any(|field| field.key == Some("name") && text[field.value.clone()].trim_matches('"') == name)
-    };
+    let is_named = |entry: &&Entry<'_>| own_name(text, entry) == Some(name);
     let by_name = || within.entries.iter().find(is_named).filter(|_| within.kind == Kind::List);
     let has_keys = within.entries.iter().any(|entry| entry.key.is_some());
     let found = by_key.or_else(|| if has_keys { None } else { by_number() }).or_else(by_name);
     found.map(|entry| entry.value.clone())
 }
 
+/// Returns the content of an entry's field `name`, if it has one.
+fn own_name<'a>(text: &'a str, entry: &Entry<'_>) -> Option<&'a str> {
+    let fields = container(text, entry.value.start)?.entries;
+    let field = fields.into_iter().find(|field| field.key == Some("name"))?;
+    Some(text.get(field.value)?.trim_matches('"'))
+}
+
 /// Returns what a container has, for a message.
-fn contents(within: &Container<'_>) -> String {
+fn contents(text: &str, within: &Container<'_>) -> String {
     let keys: Vec<&str> = within.entries.iter().filter_map(|entry| entry.key).collect();
     match (within.entries.len(), keys.is_empty()) {
         (0, _) => "it is empty".to_owned(),
-        (count, true) => format!("its entries are 0 to {}", count - 1),
+        (count, true) => {
+            let names: Vec<&str> =
+                within.entries.iter().filter_map(|entry| own_name(text, entry)).take(MAX_NAMES).collect();
+            let names =
+                if names.is_empty() { String::new() } else { format!(", named {}", names.join(", ")) };
+            format!("its entries are 0 to {}{names}", count - 1)
+        }
         (_, false) => format!("it has {}", keys.join(", ")),
     }
 }
@@ -257,6 +279,7 @@ mod tests {
             ("image.widht=1", &["widht", "`set`"]),
             ("imag.width=1", &["the scene has no imag", "image"]),
             ("objects.7.radius=1", &["objects has no 7", "0 to 1"]),
+            ("objects.bal.radius=1", &["objects has no bal", "0 to 1, named ball"]),
             ("image.width.x=1", &["image.width has no fields"]),
             ("image.width=-1", &["changed by `set`"]),
             ("image.width=1), sky: (", &["changed by `set`"]),

@@ -65,6 +65,7 @@ pub use camera_path::CameraPath;
 pub use error::SceneError;
 pub use field_edit::FieldEdit;
 pub(crate) use field_edit::apply as apply_edits;
+pub use format::parse_transform;
 pub use image_settings::{Fresnel, ImageSettings};
 pub use import::Includes;
 pub use import::is_model;

@@ -6,7 +6,7 @@ use super::import::{Folder, ModelOptions, OpenModel};
 use super::loader::Loader;
 use super::medium::DensityGrid;
 use super::scene_document::FromDisk;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use trisect_image::Image;
@@ -16,6 +16,8 @@ pub(super) struct Library {
     folder: Folder,
     /// Choices for models of which the scene does not make any.
     pub options: ModelOptions,
+    /// Images in memory by the names of the files that they stand for.
+    pub images: BTreeMap<String, Arc<TextureImage>>,
     models: HashMap<PathBuf, OpenModel>,
     panoramas: HashMap<PathBuf, Arc<Image>>,
     textures: HashMap<(PathBuf, bool), Arc<TextureImage>>,
@@ -28,8 +30,13 @@ impl Library {
     /// Returns a library of the files that a scene in `folder` names, before any is read.
     pub fn new(folder: Folder, options: ModelOptions) -> Self {
         let (models, panoramas, textures) = (HashMap::new(), HashMap::new(), HashMap::new());
-        let grids = HashMap::new();
-        Self { folder, options, models, panoramas, textures, grids, has_moved: false }
+        let (grids, images) = (HashMap::new(), BTreeMap::new());
+        Self { folder, options, images, models, panoramas, textures, grids, has_moved: false }
+    }
+
+    /// Returns the loader of files that were not read yet.
+    fn disk(&self) -> FromDisk<'_> {
+        FromDisk { folder: &self.folder, options: &self.options, images: &self.images }
     }
 }
 
@@ -49,7 +56,7 @@ impl Loader for Library {
         if let Some(known) = self.panoramas.get(path) {
             return Ok(Arc::clone(known));
         }
-        let read = FromDisk { folder: &self.folder, options: &self.options }.panorama(path)?;
+        let read = self.disk().panorama(path)?;
         self.panoramas.insert(path.to_owned(), Arc::clone(&read));
         Ok(read)
     }
@@ -58,7 +65,7 @@ impl Loader for Library {
         if let Some(known) = self.grids.get(path) {
             return Ok(Arc::clone(known));
         }
-        let read = FromDisk { folder: &self.folder, options: &self.options }.density(path)?;
+        let read = self.disk().density(path)?;
         self.grids.insert(path.to_owned(), Arc::clone(&read));
         Ok(read)
     }
@@ -68,8 +75,12 @@ impl Loader for Library {
         if let Some(known) = self.textures.get(&key) {
             return Ok(Arc::clone(known));
         }
-        let read = FromDisk { folder: &self.folder, options: &self.options }.texture(path, linear)?;
+        let read = self.disk().texture(path, linear)?;
         self.textures.insert(key, Arc::clone(&read));
         Ok(read)
+    }
+
+    fn image_in_memory(&self, name: &str) -> Option<Arc<TextureImage>> {
+        self.images.get(name).cloned()
     }
 }

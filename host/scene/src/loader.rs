@@ -22,4 +22,7 @@ pub trait Loader {
 
     /// Reads a texture. Unless `linear`, red, green and blue of an integer format are sRGB-encoded.
     fn texture(&mut self, path: &Path, linear: bool) -> Result<Arc<TextureImage>, SceneError>;
+
+    /// Returns the image in memory that stands for the texture file `name`, if there is one.
+    fn image_in_memory(&self, name: &str) -> Option<Arc<TextureImage>>;
 }

@@ -148,28 +148,35 @@ fn settings(file: &SceneFile) -> ImageSettings {
 }
 
 /// Reads `textures`, in its order. A file that several textures name is read once for each colour
-/// space.
+/// space. Images in memory stand for files of their names.
 fn textures(
     file: &SceneFile,
     folder: &Folder,
     loader: &mut dyn Loader,
     scene: &mut Description,
 ) -> Result<Vec<TextureUse>, SceneError> {
-    let mut read: HashMap<(PathBuf, bool), usize> = HashMap::new();
+    let mut read: HashMap<(PathBuf, bool, bool), usize> = HashMap::new();
     let mut uses = Vec::with_capacity(file.textures.len());
     for (_, texture) in &file.textures {
-        let path = file.source.locate(&texture.file, folder)?;
+        let in_memory = loader.image_in_memory(&texture.file.name);
+        let path = match &in_memory {
+            Some(_) => PathBuf::from(&texture.file.name),
+            None => file.source.locate(&texture.file, folder)?,
+        };
         let linear = texture.color_space == format::ColorSpace::Linear;
-        let image = match read.get(&(path.clone(), linear)) {
-            Some(&image) => image,
-            None => {
-                let image = loader
-                    .texture(&path, linear)
-                    .map_err(|error| file.source.in_file(&texture.file, error))?;
+        let image = match read.entry((path.clone(), linear, in_memory.is_some())) {
+            Entry::Occupied(known) => *known.get(),
+            Entry::Vacant(place) => {
+                let image = match in_memory {
+                    Some(image) => image.encoded(linear),
+                    None => {
+                        let read = loader.texture(&path, linear);
+                        scene.files.push(path);
+                        read.map_err(|error| file.source.in_file(&texture.file, error))?
+                    }
+                };
                 scene.images.push(image);
-                scene.files.push(path.clone());
-                read.insert((path, linear), scene.images.len() - 1);
-                scene.images.len() - 1
+                *place.insert(scene.images.len() - 1)
             }
         };
         let wrap = match texture.wrap {
@@ -181,13 +188,8 @@ fn textures(
             format::Filter::Linear => Filter::Linear,
             format::Filter::Nearest => Filter::Nearest,
         };
-        uses.push(TextureUse {
-            image,
-            wrap: [wrap; 2],
-            filter,
-            transform: texture_transform(texture),
-            second_uvs: false,
-        });
+        let transform = texture_transform(texture);
+        uses.push(TextureUse { wrap: [wrap; 2], filter, transform, ..TextureUse::of(image) });
     }
     Ok(uses)
 }

@@ -12,6 +12,7 @@ use super::{
     FieldEdit, ImageSettings, LoadOptions, Rebase, Scene, SceneError, Sharing, field_edit, format, import,
     lower, model, resolve, warnings,
 };
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 use trisect_image::Image;
@@ -51,6 +52,8 @@ pub(super) struct FromDisk<'a> {
     pub folder: &'a Folder,
     /// Choices for models of which the scene does not make any.
     pub options: &'a ModelOptions,
+    /// Images in memory by the names of the files that they stand for.
+    pub images: &'a BTreeMap<String, Arc<TextureImage>>,
 }
 
 impl Loader for FromDisk<'_> {
@@ -69,6 +72,10 @@ impl Loader for FromDisk<'_> {
     fn texture(&mut self, path: &Path, linear: bool) -> Result<Arc<TextureImage>, SceneError> {
         import::texture(path, linear).map(Arc::new)
     }
+
+    fn image_in_memory(&self, name: &str) -> Option<Arc<TextureImage>> {
+        self.images.get(name).cloned()
+    }
 }
 
 impl SceneDocument {
@@ -83,7 +90,7 @@ impl SceneDocument {
     ///
     /// [`SceneError`] names the file and the place.
     pub fn load_with(path: &Path, options: &LoadOptions) -> Result<Self, SceneError> {
-        let LoadOptions { includes, model: model_options, surroundings, edits } = options;
+        let LoadOptions { includes, model: model_options, surroundings, edits, .. } = options;
         let name = path.display().to_string();
         let folder = Folder::of(path).including(*includes);
         match Source::open(path, edits)? {
@@ -213,7 +220,8 @@ impl SceneDocument {
     }
 
     fn read(text: &str, name: &str, folder: &Folder, options: &LoadOptions) -> Result<Self, SceneError> {
-        Self::read_through(text, name, folder, options, &mut FromDisk { folder, options: &options.model })
+        let LoadOptions { model, images, .. } = options;
+        Self::read_through(text, name, folder, options, &mut FromDisk { folder, options: model, images })
     }
 
     /// Reads a scene from text, and the files that it names through `loader`. The surroundings of

@@ -1,6 +1,7 @@
 //! Textures of a description: images, and their use by materials.
 
 use glam::DAffine2;
+use std::sync::Arc;
 
 /// The use of an image by a material.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,6 +19,18 @@ pub struct TextureUse {
 }
 
 impl TextureUse {
+    /// Returns the use of an image that repeats, with interpolation between texels, at the mesh's
+    /// first texture coordinates.
+    pub fn of(image: usize) -> Self {
+        Self {
+            image,
+            wrap: [Wrap::Repeat; 2],
+            filter: Filter::Linear,
+            transform: DAffine2::IDENTITY,
+            second_uvs: false,
+        }
+    }
+
     /// Checks that the image is one of `images`, and that the transform is finite.
     pub(crate) fn check(&self, images: usize) -> Result<(), String> {
         if self.image >= images {
@@ -50,8 +63,36 @@ pub enum Filter {
     Linear,
 }
 
-/// An image for textures.
-#[derive(Clone, Debug)]
+/// An image for textures. A scene stores its texels linearly, in half precision.
+///
+/// ```
+/// use trisect_scene::builder::{
+///     Camera, Filter, Lambertian, SceneBuilder, Texels, TextureImage, TextureUse,
+/// };
+/// use trisect_scene::description::Mesh;
+///
+/// let mut scene = SceneBuilder::new();
+/// let checker = [[0, 0, 0, 255], [255, 255, 255, 255], [255, 255, 255, 255], [0, 0, 0, 255]];
+/// let checker = scene.texture(TextureImage::new(2, 2, Texels::Srgb8(checker.to_vec())));
+/// let checker = TextureUse { filter: Filter::Nearest, ..checker };
+/// let paint = Lambertian { texture: Some(checker), ..Lambertian::rgb(1.0, 1.0, 1.0) };
+/// let paint = scene.material(paint);
+/// let square = scene.mesh(
+///     Mesh {
+///         positions: vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]],
+///         uvs: vec![[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]],
+///         triangles: vec![[0, 1, 2], [0, 2, 3]],
+///         ..Mesh::default()
+///     },
+///     paint,
+/// );
+/// scene.instance(square, glam::DAffine3::IDENTITY);
+/// scene.camera(Camera::look_at([0.0, 0.0, 4.0], [0.0, 0.0, 0.0]));
+/// let scene = scene.build()?;
+/// assert_eq!((scene.textures.len(), scene.texels.len()), (1, 4));
+/// # Ok::<(), trisect_scene::SceneError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
 pub struct TextureImage {
     /// Name for messages.
     pub name: String,
@@ -63,14 +104,37 @@ pub struct TextureImage {
     pub texels: Texels,
 }
 
+impl TextureImage {
+    /// Returns an image of `width * height` texels, top row first.
+    pub fn new(width: u32, height: u32, texels: Texels) -> Self {
+        Self { name: String::new(), width, height, texels }
+    }
+
+    /// Returns the image with this name.
+    #[must_use]
+    pub fn named(self, name: impl Into<String>) -> Self {
+        Self { name: name.into(), ..self }
+    }
+
+    /// Returns the image with its 8-bit channels read as linear, or as sRGB-encoded.
+    pub(crate) fn encoded(self: Arc<Self>, linear: bool) -> Arc<Self> {
+        let texels = match (&self.texels, linear) {
+            (Texels::Srgb8(texels), true) => Texels::Linear8(texels.clone()),
+            (Texels::Linear8(texels), false) => Texels::Srgb8(texels.clone()),
+            _ => return self,
+        };
+        Arc::new(Self { name: self.name.clone(), texels, ..*self })
+    }
+}
+
 /// The texels of an image: red, green, blue, alpha. Alpha is always linear.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Texels {
     /// 8 bits per channel, sRGB-encoded.
     Srgb8(Vec<[u8; 4]>),
     /// 8 bits per channel, linear.
     Linear8(Vec<[u8; 4]>),
-    /// Linear f32.
+    /// Linear f32, 0 to 65,504. Values below 6.1e-5 become 0.
     Float(Vec<[f32; 4]>),
 }
 

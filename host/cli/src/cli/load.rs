@@ -35,6 +35,7 @@ impl LoadArgs {
             model: self.model.options(),
             surroundings: self.surroundings.surroundings(),
             edits: self.set.clone(),
+            ..LoadOptions::default()
         }
     }
 }

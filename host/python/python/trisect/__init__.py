@@ -87,6 +87,7 @@ from .parts import (
     Spot,
     Studio,
     Sun,
+    Texels,
     Texture,
     Uniform,
 )
@@ -154,6 +155,7 @@ __all__ = [
     "Spot",
     "Studio",
     "Sun",
+    "Texels",
     "Texture",
     "tradeoff",
     "Tradeoff",

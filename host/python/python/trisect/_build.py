@@ -50,8 +50,8 @@ def value_of_field(of: t.Any, path: str) -> str:
 
 
 def _call(of: t.Any) -> str:
-    if isinstance(of, (parts.Mesh, parts.Spheres, parts.Panorama)):
-        raise TypeError(f"a {type(of).__name__} of arrays cannot be a value; build the scene again")
+    if isinstance(of, (parts.Mesh, parts.Spheres, parts.Panorama, parts.Texels)):
+        raise TypeError(f"a {type(of).__name__} of arrays cannot be a value here; build the scene again")
     fields = []
     for field in dataclasses.fields(of):
         content = getattr(of, field.name)
@@ -66,6 +66,73 @@ def _call(of: t.Any) -> str:
         fields.append(f"{field.name}: {text}")
     name = "" if getattr(of, "_anonymous", False) else type(of).__name__
     return f"{getattr(of, '_kind', name)}({', '.join(fields)})"
+
+
+def array_object(part: t.Any, name: str) -> t.Optional[t.Tuple[str, t.Dict[str, t.Any]]]:
+    """Return the kind and the fields of an object of arrays, None for another part."""
+    if not isinstance(part, (parts.Mesh, parts.Spheres)):
+        return None
+    fields = {
+        field.name: array_value(field.name, getattr(part, field.name)) for field in dataclasses.fields(part)
+    }
+    fields["name"] = part.name or name
+    return "Mesh" if isinstance(part, parts.Mesh) else "Spheres", fields
+
+
+def array_value(name: str, of: t.Any) -> t.Any:
+    """Return the value of a field of an object of arrays: an array, or the columns of a transform."""
+    if name == "transform":
+        return of if isinstance(of, str) else _matrix(of)[:3].T.reshape(-1).tolist()
+    if name in ("material", "name"):
+        return of
+    return _array(name, of, np.uint32 if name == "triangles" else np.float32)
+
+
+def panorama(sky: t.Any) -> t.Optional[t.Dict[str, t.Any]]:
+    """Return the fields of a sky that is an array, None for another sky."""
+    if isinstance(sky, np.ndarray) and sky.ndim > 1:
+        sky = parts.Panorama(sky)
+    if not isinstance(sky, parts.Panorama):
+        return None
+    return {"radiance": sky.radiance, "scale": sky.scale, "rotation": sky.rotation}
+
+
+def texture_of_array(name: str, of: t.Any) -> t.Optional[t.Tuple[str, str, t.Any]]:
+    """Return the text of a texture that is an array, the file that it stands for, and the array.
+
+    None for another texture.
+    """
+    if isinstance(of, np.ndarray):
+        of = parts.Texels(of)
+    if not isinstance(of, parts.Texels):
+        return None
+    is_float = getattr(of.texels, "dtype", None) == np.float32
+    if is_float and of.color_space == "Srgb":
+        raise ValueError(f"textures.{name} is float32, which is linear; leave color_space out, or pass uint8")
+    file = f"<array {name}>"
+    texture = parts.Texture(
+        file,
+        color_space=of.color_space or ("Linear" if is_float else "Srgb"),
+        wrap=of.wrap,
+        filter=of.filter,
+        scale=of.scale,
+        offset=of.offset,
+        rotation=of.rotation,
+    )
+    return value(texture), file, of.texels
+
+
+def _textures(textures: t.Optional[t.Mapping[str, t.Any]], arrays: Arrays) -> str:
+    described = []
+    for name, texture in (textures or {}).items():
+        of_array = texture_of_array(str(name), texture)
+        if of_array is not None:
+            text, file, texels = of_array
+            arrays["textures"].append((str(name), file, texels))
+        else:
+            text = value(texture)
+        described.append(f"{value(str(name))}: {text}")
+    return "textures: {" + ", ".join(described) + "}" if described else ""
 
 
 def _matrix(transform: t.Any) -> np.ndarray[t.Any, np.dtype[np.float64]]:
@@ -109,7 +176,7 @@ def scene(
     objects: t.Sequence[parts.Object] = (),
     lights: t.Sequence[parts.Light] = (),
     sky: t.Any = None,
-    textures: t.Optional[t.Mapping[str, parts.Texture]] = None,
+    textures: t.Optional[t.Mapping[str, t.Union[parts.Texture, parts.Texels, parts.Pixels]]] = None,
     media: t.Optional[t.Mapping[str, parts.Medium]] = None,
     atmosphere: t.Optional[str] = None,
     portals: t.Sequence[parts.Portal] = (),
@@ -121,7 +188,8 @@ def scene(
     about: str = "",
 ) -> t.Tuple[str, Arrays]:
     """Return the text of a scene, and its parts that are arrays."""
-    arrays: Arrays = {"meshes": [], "spheres": [], "sky": None}
+    # Objects of arrays, and for each object whether it is one, with its number among its kind.
+    arrays: Arrays = {"objects": [], "places": [], "textures": [], "sky": panorama(sky)}
     names = list(materials)
     for name in names:
         if not isinstance(name, str):
@@ -135,39 +203,18 @@ def scene(
         needs_material = not isinstance(part, parts.Model)
         if (material is not None or needs_material) and material not in materials:
             raise ValueError(f"{place} has the material {material!r}; materials has {names}")
-        if isinstance(part, parts.Mesh):
-            columns = _matrix(part.transform)[:3].T.reshape(-1)
-            arrays["meshes"].append(
-                {
-                    "positions": _array("positions", part.positions, np.float32),
-                    "triangles": _array("triangles", part.triangles, np.uint32),
-                    "normals": _array("normals", part.normals, np.float32),
-                    "uvs": _array("uvs", part.uvs, np.float32),
-                    "colors": _array("colors", part.colors, np.float32),
-                    "material": names.index(part.material),
-                    "transform": columns.tolist(),
-                    "name": part.name or place,
-                }
-            )
-        elif isinstance(part, parts.Spheres):
-            arrays["spheres"].append(
-                {
-                    "centers": _array("centers", part.centers, np.float32),
-                    "radii": _array("radii", part.radii, np.float32),
-                    "material": names.index(part.material),
-                    "name": part.name or place,
-                }
-            )
+        of_arrays = array_object(part, place)
+        if of_arrays is not None:
+            arrays["places"].append((True, len(arrays["objects"])))
+            arrays["objects"].append(of_arrays)
         else:
             if not hasattr(part, "name"):
                 raise TypeError(f"{place} is a {type(part).__name__}, not an object of trisect")
             if part.name is None and not isinstance(part, parts.Model):
                 part = dataclasses.replace(part, name=place)
+            arrays["places"].append((False, len(described)))
             described.append(value(part))
-    if isinstance(sky, np.ndarray) and sky.ndim == 3:
-        sky = parts.Panorama(sky)
-    if isinstance(sky, parts.Panorama):
-        arrays["sky"] = {"radiance": sky.radiance, "scale": sky.scale, "rotation": sky.rotation}
+    if arrays["sky"] is not None:
         sky = None
     if sky is not None and not dataclasses.is_dataclass(sky):
         sky = parts.Uniform(sky)
@@ -178,7 +225,7 @@ def scene(
         f"camera: {value(camera)}",
         f"sky: {value(sky)}" if sky is not None else "sky: Black",
         f"ground: {value(ground)}" if ground is not None else "",
-        f"textures: {value(textures)}" if textures else "",
+        _textures(textures, arrays),
         f"media: {value(media)}" if media else "",
         f"atmosphere: {value(atmosphere)}" if atmosphere is not None else "",
         f"materials: {value(materials)}",

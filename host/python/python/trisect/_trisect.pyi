@@ -62,7 +62,7 @@ class Scene:
         objects: t.Sequence[parts.Object] = (),
         lights: t.Sequence[parts.Light] = (),
         sky: t.Optional[parts.Sky] = None,
-        textures: t.Optional[t.Mapping[str, parts.Texture]] = None,
+        textures: t.Optional[t.Mapping[str, t.Union[parts.Texture, parts.Texels, parts.Pixels]]] = None,
         media: t.Optional[t.Mapping[str, parts.Medium]] = None,
         atmosphere: t.Optional[str] = None,
         portals: t.Sequence[parts.Portal] = (),

@@ -18,6 +18,7 @@ Vec3 = t.Union[t.Tuple[float, float, float], t.Sequence[float], npt.NDArray[t.An
 Transform = t.Union[t.Sequence[t.Sequence[float]], npt.NDArray[t.Any]]
 Floats = npt.NDArray[np.float32]
 Indices = npt.NDArray[np.uint32]
+Pixels = t.Union[npt.NDArray[np.uint8], npt.NDArray[np.float32]]
 
 def _word(default: str) -> t.Any:
     return field(default=default, metadata={"word": True})
@@ -39,7 +40,7 @@ class Camera:
 
 @dataclass(frozen=True, eq=False)
 class Texture:
-    """Image file on materials."""
+    """Image file on materials; :class:`Texels` is one of an array."""
 
     file: str
     color_space: t.Literal["Srgb", "Linear"] = _word("Srgb")
@@ -49,6 +50,25 @@ class Texture:
     offset: t.Tuple[float, float] = (0.0, 0.0)
     rotation: float = 0.0
     _anonymous: t.ClassVar[bool] = True
+
+
+@dataclass(frozen=True, eq=False)
+class Texels:
+    """Image of an array on materials: shape (height, width, 3), with alpha (height, width, 4), or grey
+    (height, width); top row first, at most 16384 texels across and down.
+
+    uint8 is sRGB-encoded as in an image file, or linear with ``color_space`` "Linear", which normal
+    maps and roughness need. float32 is linear, 0 to 65504, and is stored in half precision (11 bits;
+    values below 6.1e-5 become 0). Alpha is linear. The other fields are those of :class:`Texture`.
+    """
+
+    texels: Pixels
+    color_space: t.Optional[t.Literal["Srgb", "Linear"]] = None
+    wrap: t.Literal["Repeat", "Mirror", "Clamp"] = _word("Repeat")
+    filter: t.Literal["Linear", "Nearest"] = _word("Linear")
+    scale: t.Tuple[float, float] = (1.0, 1.0)
+    offset: t.Tuple[float, float] = (0.0, 0.0)
+    rotation: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

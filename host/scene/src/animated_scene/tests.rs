@@ -208,3 +208,29 @@ fn texts_and_the_built_in_scene_are_edited_and_models_are_not() {
     let error = model.edit(&[edit("image.width=4")], 0.0).unwrap_err().to_string();
     assert!(error.contains("fields of .ron files only"), "{error}");
 }
+
+/// A scene with images in memory keeps them over edits, and its records of materials as well.
+#[test]
+fn images_in_memory_stay() {
+    let text = r#"Scene(version: 1, image: (width: 8, height: 8), sky: Uniform(radiance: (1, 1, 1)),
+        camera: (look_from: (0, 0, 3), look_at: (0, 0, 0), vertical_fov: 90),
+        textures: {"a": (file: "a.png")},
+        materials: {"a": Lambertian(albedo: (1, 1, 1), texture: "a")},
+        objects: [Sphere(center: (0, 0, 0), radius: 1, material: "a")])"#;
+    let image = |code| Arc::new(TextureImage::new(1, 1, crate::description::Texels::Srgb8(vec![[code; 4]])));
+    let images = |code| BTreeMap::from([("a.png".to_owned(), image(code))]);
+    let options = LoadOptions { images: images(9), ..LoadOptions::default() };
+    let mut scene = AnimatedScene::parse(text, "a", &options).unwrap();
+    let edit = |text: &str| vec![text.parse().unwrap()];
+    let first = scene.set_edits(edit("objects.0.radius=2"), 0.0).unwrap();
+    let second = scene.set_edits(edit("objects.0.radius=3"), 0.0).unwrap();
+    assert!(Arc::ptr_eq(&first.texels, &second.texels) && first.texels.len() == 1);
+    scene.set_images(images(8));
+    let third = scene.set_edits_and(edit("objects.0.radius=3"), 0.0, |document| {
+        document.description.shapes.truncate(0);
+        Ok(())
+    });
+    let third = third.unwrap();
+    assert_ne!(third.texels, second.texels);
+    assert_eq!((second.primitives(), third.primitives()), (1, 0));
+}

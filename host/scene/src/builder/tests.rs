@@ -130,3 +130,58 @@ fn materials_of_others_are_refused() {
     let error = scene.build().unwrap_err().to_string();
     assert!(error.contains("material 3 of 0 is used"), "{error}");
 }
+
+/// Returns a scene of a textured square. The texture is an image in memory, or that of a file.
+fn textured(image: TextureImage) -> Scene {
+    let mut scene = SceneBuilder::new();
+    let texture = Some(scene.texture(image));
+    let paint = scene.material(Lambertian { texture, ..Lambertian::rgb(1.0, 1.0, 1.0) });
+    let square = Mesh {
+        positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+        uvs: vec![[0.0; 2], [1.0, 0.0], [0.0, 1.0]],
+        triangles: vec![[0, 1, 2]],
+        ..Mesh::default()
+    };
+    let square = scene.mesh(square, paint);
+    scene.instance(square, DAffine3::IDENTITY).camera(Camera::look_at([0.0, 0.0, 4.0], [0.0; 3]));
+    scene.build().unwrap()
+}
+
+/// An image in memory gives the records of a PNG file with these texels.
+#[test]
+fn an_image_in_memory_is_that_of_a_file() {
+    let mut texels = [[1, 2, 3, 255], [4, 5, 6, 128]];
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.png");
+    std::fs::write(&path, crate::import::testing::png(2, 1, &texels)).unwrap();
+    let linear = |texels: &[[u8; 4]]| textured(TextureImage::new(2, 1, Texels::Linear8(texels.to_vec())));
+    let file = textured(crate::import::texture(&path, true).unwrap());
+    assert_eq!(linear(&texels).digest(), file.digest());
+    // Negative controls: other encoding, other texel.
+    let srgb = textured(TextureImage::new(2, 1, Texels::Srgb8(texels.to_vec())));
+    assert_ne!(srgb.digest(), file.digest());
+    assert_eq!(srgb.digest(), textured(crate::import::texture(&path, false).unwrap()).digest());
+    texels[1][2] = 7;
+    assert_ne!(linear(&texels).digest(), file.digest());
+}
+
+#[test]
+fn images_out_of_range_are_named() {
+    let float = |texels: &[[f32; 4]]| TextureImage::new(1, 1, Texels::Float(texels.to_vec()));
+    for (image, message) in [
+        (float(&[[0.5, f32::NAN, 0.5, 1.0]]), "image \"0\": texel 0 has NaN in channel 1"),
+        (float(&[[0.5, 0.5, f32::INFINITY, 1.0]]), "texel 0 has inf in channel 2"),
+        (float(&[[-0.5, 0.5, 0.5, 1.0]]), "has -0.5 in channel 0; it must be from 0 to 65,504"),
+        (float(&[[0.5, 0.5, 0.5, 65505.0]]), "has 65505 in channel 3"),
+        (float(&[]), "image \"0\": 1 x 1 texels, but 0 are given"),
+        (TextureImage::new(0, 0, Texels::Srgb8(Vec::new())).named("none"), "image \"none\": 0 x 0 texels"),
+    ] {
+        let mut scene = whole();
+        scene.texture(image);
+        let error = scene.build().unwrap_err().to_string();
+        assert!(error.contains(message), "{message}: {error}");
+    }
+    let mut scene = whole();
+    scene.texture(float(&[[0.0, 1.0, 65504.0, 1.0]]));
+    assert!(scene.build().is_ok());
+}

@@ -19,6 +19,7 @@ pub use medium::Medium;
 pub use name::{Index, Name, Source};
 pub use object::{Object, sides};
 pub use sky::Sky;
+pub use transform::parse_transform;
 
 use super::camera::Camera;
 use super::error::SceneError;

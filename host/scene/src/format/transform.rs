@@ -1,6 +1,7 @@
 //! The transforms of objects in a scene file.
 
 use crate::limits::{in_range, is_singular};
+use crate::ron_error::message;
 use crate::values::{Angle, Coordinate, Direction, Factor, Point, sin_cos_degrees, vector};
 use glam::{DAffine3, DMat3, DVec3};
 use serde::Deserialize;
@@ -81,4 +82,19 @@ impl TryFrom<Vec<Step>> for Transform {
             Ok(Self(all))
         }
     }
+}
+
+/// Returns the map of the text of a field `transform`.
+///
+/// ```
+/// let map = trisect_scene::parse_transform("[Scale(2), Translate((0, 1, 0))]")?;
+/// assert_eq!(map.transform_point3(glam::DVec3::X), glam::DVec3::new(2.0, 1.0, 0.0));
+/// # Ok::<(), String>(())
+/// ```
+///
+/// # Errors
+///
+/// A message for text that is no list of steps, and for a map that is singular or out of range.
+pub fn parse_transform(text: &str) -> Result<DAffine3, String> {
+    ron::from_str(text).map(|Transform(map)| map).map_err(|error| message(&error.code))
 }

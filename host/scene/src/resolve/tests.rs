@@ -83,6 +83,11 @@ impl Loader for Files {
         let texels = if linear { Texels::Linear8(texels) } else { Texels::Srgb8(texels) };
         Ok(Arc::new(TextureImage { name: path.display().to_string(), width: 1, height: 1, texels }))
     }
+
+    fn image_in_memory(&self, name: &str) -> Option<Arc<TextureImage>> {
+        let texels = Texels::Srgb8(vec![[7; 4]]);
+        (name == "memory.png").then(|| TextureImage::new(1, 1, texels).named(name).into())
+    }
 }
 
 const CAMERA: &str = "camera: (look_from: (0, 0, 3), look_at: (0, 0, 0), vertical_fov: 90),";
@@ -353,4 +358,23 @@ fn materials_share_fields() {
             "{error}"
         );
     }
+}
+
+/// A texture whose file is in memory is not read, and has the encoding of the scene file.
+#[test]
+fn images_in_memory_stand_for_files() {
+    let rest = r#"textures: {
+        "a": (file: "memory.png"),
+        "b": (file: "memory.png", color_space: Linear),
+        "c": (file: "memory.png", wrap: Clamp),
+        "d": (file: "./memory.png"),
+    }, materials: {}, objects: []"#;
+    let (result, asked) = with(CAMERA, rest);
+    let images = result.unwrap().0.images;
+    assert_eq!(images.len(), 3);
+    assert_eq!(images[0].texels, Texels::Srgb8(vec![[7; 4]]));
+    assert_eq!(images[1].texels, Texels::Linear8(vec![[7; 4]]));
+    // Negative control: another name is that of a file.
+    assert_eq!(images[2].texels, Texels::Srgb8(vec![[255; 4]]));
+    assert_eq!(asked.len(), 1, "{asked:?}");
 }
