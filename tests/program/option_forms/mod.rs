@@ -29,7 +29,14 @@ const WORKERS: usize = 2;
 const LONG: [&str; 3] = ["report", "cluster", "tradeoff"];
 
 /// Options that exclude each other.
-const EXCLUSIVE: [(&str, &str); 2] = [("--resolution", "--width"), ("--resolution", "--height")];
+const EXCLUSIVE: [(&str, &str); 5] = [
+    ("--resolution", "--width"),
+    ("--resolution", "--height"),
+    // The images to measure against have the scene's size.
+    ("--against", "--width"),
+    ("--against", "--height"),
+    ("--against", "--resolution"),
+];
 
 /// Image, camera and sky of the scenes.
 const VIEW: &str = "version: 1, image: (width: 16, height: 9, samples: 1, depth: 3), \

@@ -2,7 +2,7 @@
 //! error by spatial frequency.
 //!
 //! A [`Truth`] is the reference, [`Errors`] are those of images of one configuration with different
-//! seeds. The [trade-off lab](crate::tradeoff) and [evaluations](crate::evaluate) measure with them.
+//! seeds. Used by the [trade-off lab](crate::tradeoff) and by [evaluations](crate::evaluate).
 
 mod bias;
 mod errors;

@@ -12,13 +12,13 @@ pub struct OtherRenderer {
     #[serde(flatten)]
     pub row: Row,
     /// Efficiency 1 / (variance × seconds) over that of the base with its most samples; `None`
-    /// without times. Only noise counts, because the bias contains what both renderers define
-    /// differently.
+    /// without times, and where a variance is not positive by chance. Only noise counts, because
+    /// the bias contains what both renderers define differently.
     pub efficiency_of_base: Option<Interval>,
 }
 
 impl OtherRenderer {
-    /// Compares evaluated images with the variance and the seconds of the base with its most samples.
+    /// Compares evaluated images with the variance and the seconds of the base's most samples.
     pub(super) fn of(row: Row, base: Option<(Interval, f64)>) -> Self {
         let efficiency_of_base = base.and_then(|base| efficiency_of(&row, base));
         Self { row, efficiency_of_base }
@@ -53,9 +53,12 @@ impl OtherRenderer {
 fn efficiency_of(row: &Row, (of_base, base_seconds): (Interval, f64)) -> Option<Interval> {
     let own = row.errors.variance;
     let seconds = row.seconds?.median;
-    // Half the width of the interval of the logarithm.
-    let half = |of: Interval| (of.low > 0.0).then(|| 0.5 * (of.high / of.low).ln());
-    let half = half(own)?.hypot(half(of_base)?).exp();
+    if own.value <= 0.0 || of_base.value <= 0.0 {
+        return None;
+    }
+    // Half the width of the interval of the logarithm, to first order.
+    let half = |of: Interval| 0.5 * (of.high - of.low) / of.value;
+    let half = half(own).hypot(half(of_base)).exp();
     let value = of_base.value * base_seconds / (own.value * seconds);
     Some(Interval { value, low: value / half, high: value * half })
 }
