@@ -9,9 +9,7 @@ use std::sync::Arc;
 use trisect::image::Image;
 use trisect::image::texture::MAX_SIDE;
 use trisect::scene::description::{Sky, Texels, TextureImage};
-
-/// Maximum number of a texel, that of half precision.
-const MAX_TEXEL: f32 = 65504.0;
+use trisect::scene::texture::MAX_TEXEL;
 
 /// Panorama of an array.
 #[derive(Clone, Debug)]

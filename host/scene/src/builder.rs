@@ -207,6 +207,10 @@ impl SceneBuilder {
     /// [`SceneError::Inconsistent`] for a scene without a camera, or with a number or an index out
     /// of range; the message names it.
     pub fn build(self) -> Result<Scene, SceneError> {
+        for image in &self.description.images {
+            let inconsistent = |message| SceneError::Inconsistent { file: NAME.to_owned(), message };
+            image.check_range().map_err(inconsistent)?;
+        }
         let image =
             ImageSettings { width: 640, height: 360, samples: 64, depth: 50, fresnel: Fresnel::Exact };
         let document = SceneDocument::of_description(self.description, image, NAME);

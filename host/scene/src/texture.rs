@@ -3,6 +3,9 @@
 use glam::DAffine2;
 use std::sync::Arc;
 
+/// Maximum number of a texel, that of half precision.
+pub const MAX_TEXEL: f32 = 65504.0;
+
 /// The use of an image by a material.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TextureUse {
@@ -116,6 +119,19 @@ impl TextureImage {
         Self { name: name.into(), ..self }
     }
 
+    /// Checks that the numbers of texels are in the range that a scene stores.
+    pub(crate) fn check_range(&self) -> Result<(), String> {
+        let Texels::Float(texels) = &self.texels else { return Ok(()) };
+        let wrong = texels.as_flattened().iter().position(|x| !(0.0..=MAX_TEXEL).contains(x));
+        wrong.map_or(Ok(()), |at| {
+            let (texel, channel) = (at / 4, at % 4);
+            Err(format!(
+                "image \"{}\": texel {texel} has {} in channel {channel}; it must be from 0 to 65,504",
+                self.name, texels[texel][channel]
+            ))
+        })
+    }
+
     /// Returns the image with its 8-bit channels read as linear, or as sRGB-encoded.
     pub(crate) fn encoded(self: Arc<Self>, linear: bool) -> Arc<Self> {
         let texels = match (&self.texels, linear) {
@@ -134,7 +150,8 @@ pub enum Texels {
     Srgb8(Vec<[u8; 4]>),
     /// 8 bits per channel, linear.
     Linear8(Vec<[u8; 4]>),
-    /// Linear f32, 0 to 65,504. Values below 6.1e-5 become 0.
+    /// Linear f32, 0 to 65,504. Values below 6.1e-5 and NaN become 0, and larger ones 65,504; a
+    /// [`SceneBuilder`](super::builder::SceneBuilder) refuses NaN and what is out of range.
     Float(Vec<[f32; 4]>),
 }
 
