@@ -1,7 +1,7 @@
 # %% [markdown]
 # # First render
 #
-# A scene of parts, a render, and its layers. Open this file with jupytext, or run it as a script.
+# A scene of parts, a render, and its layers.
 
 # %%
 import numpy as np
@@ -16,7 +16,7 @@ scene = trisect.Scene(
         "gold": trisect.Conductor(trisect.Schlick((1.0, 0.78, 0.34)), roughness=0.15),
     },
     objects=[
-        trisect.Plane((0, 0, 0), (0, 1, 0), "floor"),
+        trisect.Plane((0, 0, 0), (0, 1, 0), "floor", name="floor"),
         trisect.Sphere((-0.6, 0.5, 0), 0.5, "glass", name="glass ball"),
         trisect.Sphere((0.6, 0.5, 0), 0.5, "gold", name="gold ball"),
     ],

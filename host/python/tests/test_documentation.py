@@ -2,9 +2,6 @@
 
 import re
 
-import pytest
-
-
 
 def examples(text):
     """Pairs of code and of the output that follows it, if any."""
@@ -32,17 +29,3 @@ def test_a_failing_example_is_noticed(python):
     [(code, expected)] = examples("```python\nprint(1)\n```\n```text\n2\n```\n")
     assert python(code).stdout != expected
     assert python("import trisect.missing").returncode != 0
-
-
-@pytest.mark.parametrize("name", ["first_render", "noise_and_bias", "optimise", "variants"])
-def test_notebooks(root, python, tmp_path, name):
-    (tmp_path / "scenes").symlink_to(root / "scenes")
-    path = root / "host" / "python" / "notebooks" / f"{name}.py"
-    process = python(path.read_text())
-    assert process.returncode == 0, process.stderr
-    print(process.stdout)
-
-
-def test_all_notebooks_are_run(root):
-    names = {path.stem for path in (root / "host" / "python" / "notebooks").glob("*.py")}
-    assert names == {"first_render", "noise_and_bias", "optimise", "variants"}

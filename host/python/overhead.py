@@ -1,0 +1,89 @@
+"""Compares a loop over variants of a scene in Python with the same loop in Rust.
+
+    cargo build --release -p trisect --example variants
+    python host/python/overhead.py target/release/examples/variants [--pairs 21] [--count 100] [--threads 2]
+
+Each variant is an edit of a material, an update of the renderer, a render of 64 x 36 pixels with 16 samples each on the
+CPU, and its image. Processes of Rust and Python alternate. Prints the medians of the loops' times, and the median of the
+ratios of pairs with an interval of 95 % by order statistics. The start of the processes is not counted.
+"""
+
+import argparse
+import json
+import statistics
+import subprocess
+import sys
+import time
+
+
+def loop(count, threads):
+    """Runs the loop of host/render/examples/variants.rs; returns its seconds, those of its renders, and a mean."""
+    import trisect
+
+    scene = trisect.Scene.hello_world()
+    renderer = trisect.Renderer(scene, "cpu", threads=threads)
+    total, rendering, start = 0.0, 0.0, 0.0
+    # Variant 0 warms up.
+    for variant in range(count + 1):
+        if variant == 1:
+            total, rendering, start = 0.0, 0.0, time.perf_counter()
+        renderer.update(scene.edit({"materials.clay.albedo": (variant / count, 0.25, 0.2)}))
+        begun = time.perf_counter()
+        frame = renderer.render(16, width=64, height=36)
+        rendering += time.perf_counter() - begun
+        image = frame.image
+        total += float(image[0, 0, 0])
+    return time.perf_counter() - start, rendering, total / count
+
+
+def interval(ratios):
+    """Returns the interval of 95 % of the median, by order statistics."""
+    ordered, count = sorted(ratios), len(ratios)
+    chance, rank = 0.5**count, 0
+    below = chance
+    while below < 0.025 and rank < count // 2:
+        rank += 1
+        chance *= (count - rank + 1) / rank
+        below += chance
+    rank = max(rank - 1, 0)
+    return ordered[rank], ordered[-1 - rank]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("rust", nargs="?", help="the example of the library")
+    parser.add_argument("--pairs", type=int, default=21)
+    parser.add_argument("--count", type=int, default=100)
+    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--loop", action="store_true", help="run Python's loop alone")
+    args = parser.parse_args()
+    if args.loop:
+        print(json.dumps(loop(args.count, args.threads)))
+        return
+    if not args.rust:
+        parser.error("name the example, target/release/examples/variants")
+    commands = {
+        "Rust": [args.rust, str(args.count), str(args.threads)],
+        "Python": [sys.executable, __file__, "--loop", "--count", str(args.count), "--threads", str(args.threads)],
+    }
+    found = {name: [] for name in commands}
+    for pair in range(args.pairs):
+        # Each is first in half of the pairs.
+        for name in sorted(commands, reverse=pair % 2 == 0):
+            text = subprocess.run(commands[name], capture_output=True, text=True, check=True).stdout
+            found[name].append([float(word) for word in text.strip("[]\n").replace(",", " ").split()])
+    means = {round(mean, 5) for runs in found.values() for _, _, mean in runs}
+    assert len(means) == 1, f"the loops render other images: {means}"
+    print("| loop | seconds | of them renders | outside of renders, ms per variant |\n|---|---|---|---|")
+    for name, runs in found.items():
+        seconds, renders = (statistics.median(column) for column in list(zip(*runs))[:2])
+        other = statistics.median(run[0] - run[1] for run in runs)
+        print(f"| {name} | {seconds:.3f} | {renders:.3f} | {1e3 * other / args.count:.3f} |")
+    for label, column in [("loop", 0), ("renders", 1)]:
+        ratios = [python[column] / rust[column] for rust, python in zip(found["Rust"], found["Python"])]
+        low, high = interval(ratios)
+        print(f"{label}, Python / Rust: {statistics.median(ratios):.3f} ({low:.3f} to {high:.3f}), {args.pairs} pairs")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,49 @@
+//! Times a loop over variants of a scene: an edit of a material, an update of the renderer, a
+//! render and its image, for each.
+//!
+//! ```text
+//! cargo run --release -p trisect --example variants -- COUNT [THREADS]
+//! ```
+//!
+//! Prints the seconds of the loop, the seconds of its renders, and a mean over all images.
+//! `host/python/overhead.py` runs the same loop from Python and compares both.
+#![allow(clippy::unwrap_used, reason = "a tool for the terminal")]
+
+use std::error::Error;
+use std::time::Instant;
+use trisect::device::cpu::Cpu;
+use trisect::render::{Renderer, Settings};
+use trisect::scene::{AnimatedScene, FieldEdit, LoadOptions};
+
+const SIZE: (u32, u32) = (64, 36);
+const SAMPLES: u32 = 16;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let count: u32 = arguments.next().ok_or("usage: variants COUNT [THREADS]")?.parse()?;
+    let threads = arguments.next().map(|threads| threads.parse()).transpose()?;
+    let mut animated = AnimatedScene::hello_world(&LoadOptions::default())?;
+    let mut scene = animated.set_edits(Vec::new(), 0.0)?;
+    let mut renderer = Renderer::new(Cpu::open(threads)?, &scene)?;
+    let (mut sum, mut rendering) = (0.0, 0.0);
+    let mut start = Instant::now();
+    // Variant 0 warms up.
+    for variant in 0..=count {
+        if variant == 1 {
+            (sum, rendering, start) = (0.0, 0.0, Instant::now());
+        }
+        let albedo = f64::from(variant) / f64::from(count);
+        let edit: FieldEdit = format!("materials.clay.albedo=({albedo}, 0.25, 0.2)").parse()?;
+        scene = animated.set_edits(vec![edit], 0.0)?;
+        renderer.update_scene(&scene, None)?;
+        let settings = Settings { samples: SAMPLES, ..Settings::of(&scene).size(SIZE.0, SIZE.1) };
+        let begun = Instant::now();
+        let frame = renderer.render(&settings)?;
+        rendering += begun.elapsed().as_secs_f64();
+        sum += f64::from(frame.image().pixels[0][0]);
+    }
+    let seconds = start.elapsed().as_secs_f64();
+    println!("{seconds} {rendering} {}", sum / f64::from(count));
+    drop(scene);
+    Ok(())
+}
