@@ -13,7 +13,7 @@ def noisy(truth, sigma, count, random, bias=0.0):
 
 @pytest.fixture
 def truth():
-    return np.random.default_rng(7).uniform(0.5, 2, (24, 32, 3))
+    return np.random.default_rng(7).uniform(0.5, 2, (18, 24, 3))
 
 
 def test_intervals_hold_the_bias(truth):
