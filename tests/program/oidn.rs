@@ -206,10 +206,9 @@ fn a_slow_library_does_not_delay_a_budget() {
     let folder = Temporary::new("oidn", "slow");
     let Some(library) = fake(&folder, "fake.so", &[]) else { return };
     let out = folder.file("out.pfm");
-    let arguments =
-        ["render", "--backend=cpu", "--resolution=640x480", "--budget=1s", "-q", "-o", &out, "--stats=-"];
-    let error = |step: &str| {
-        let output = with(&library, step, &arguments);
+    let error = |step: &str, budget: &str| {
+        let fixed = ["render", "--backend=cpu", "--resolution=640x480", "-q", "-o", &out, "--stats=-"];
+        let output = with(&library, step, &[&fixed[..], &[budget]].concat());
         let text = String::from_utf8(output.stderr).unwrap();
         assert!(output.status.success(), "{text}");
         let stats: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -218,8 +217,13 @@ fn a_slow_library_does_not_delay_a_budget() {
         assert_ne!(stats["sampling"]["way"]["denoise"], serde_json::json!({ "filter": "oidn" }));
         error
     };
-    assert!(error("slow").is_null());
-    assert!(error("small").as_str().unwrap().contains("a large image, says the fake"));
+    assert!(error("slow", "--budget=1s").is_null());
+    // On a loaded machine the library may not fit a short time.
+    let mut budgets = ["--budget=1s", "--budget=4s", "--budget=16s"].iter();
+    let is_told = |budget: &&str| {
+        error("small", budget).as_str().is_some_and(|error| error.contains("a large image, says the fake"))
+    };
+    assert!(budgets.any(|budget| is_told(&budget)));
 }
 
 /// Live frames and parameters of the filters are refused, with what works.
