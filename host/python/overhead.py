@@ -17,23 +17,27 @@ import time
 
 
 def loop(count, threads):
-    """Runs the loop of host/render/examples/variants.rs; returns its seconds, those of its renders, and a mean."""
+    """Runs the loop of host/render/examples/variants.rs.
+
+    Returns its seconds, those of its renders, its processor time in seconds, and a mean over all images.
+    """
     import trisect
 
     scene = trisect.Scene.hello_world()
     renderer = trisect.Renderer(scene, "cpu", threads=threads)
-    total, rendering, start = 0.0, 0.0, 0.0
+    total, rendering, used, start = 0.0, 0.0, 0.0, 0.0
     # Variant 0 warms up.
     for variant in range(count + 1):
         if variant == 1:
-            total, rendering, start = 0.0, 0.0, time.perf_counter()
+            total, rendering, used, start = 0.0, 0.0, time.process_time(), time.perf_counter()
         renderer.update(scene.edit({"materials.clay.albedo": (variant / count, 0.25, 0.2)}))
         begun = time.perf_counter()
         frame = renderer.render(16, width=64, height=36)
         rendering += time.perf_counter() - begun
         image = frame.image
         total += float(image[0, 0, 0])
-    return time.perf_counter() - start, rendering, total / count
+    seconds = time.perf_counter() - start
+    return seconds, rendering, time.process_time() - used, total / count
 
 
 def interval(ratios):
@@ -72,14 +76,15 @@ def main():
         for name in sorted(commands, reverse=pair % 2 == 0):
             text = subprocess.run(commands[name], capture_output=True, text=True, check=True).stdout
             found[name].append([float(word) for word in text.strip("[]\n").replace(",", " ").split()])
-    means = {round(mean, 5) for runs in found.values() for _, _, mean in runs}
+    means = {round(run[3], 5) for runs in found.values() for run in runs}
     assert len(means) == 1, f"the loops render other images: {means}"
-    print("| loop | seconds | of them renders | outside of renders, ms per variant |\n|---|---|---|---|")
+    print("| loop | seconds | of them renders | ms per variant outside of renders | processor seconds |")
+    print("|---|---|---|---|---|")
     for name, runs in found.items():
-        seconds, renders = (statistics.median(column) for column in list(zip(*runs))[:2])
-        other = statistics.median(run[0] - run[1] for run in runs)
-        print(f"| {name} | {seconds:.3f} | {renders:.3f} | {1e3 * other / args.count:.3f} |")
-    for label, column in [("loop", 0), ("renders", 1)]:
+        seconds, renders, processor = (statistics.median(column) for column in list(zip(*runs))[:3])
+        other = 1e3 * statistics.median(run[0] - run[1] for run in runs) / args.count
+        print(f"| {name} | {seconds:.3f} | {renders:.3f} | {other:.3f} | {processor:.3f} |")
+    for label, column in [("seconds", 0), ("processor seconds", 2)]:
         ratios = [python[column] / rust[column] for rust, python in zip(found["Rust"], found["Python"])]
         low, high = interval(ratios)
         print(f"{label}, Python / Rust: {statistics.median(ratios):.3f} ({low:.3f} to {high:.3f}), {args.pairs} pairs")

@@ -1,6 +1,7 @@
 """The notebooks run in a kernel, and their pages have their code and output."""
 
 import copy
+import functools
 import io
 import os
 import pathlib
@@ -16,7 +17,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 import notebook_page  # noqa: E402
 
 # Parameters that make a notebook short enough for a test.
-SMALL = {"variants": {"count": 80}, "equal_time_race": {"seconds": 0.1, "seeds": 2}}
+SMALL = {"variants": {"count": 80}, "equal_time_race": {"seconds": 0.05, "seeds": 2}}
 PICTURES = {"first_render": 1, "noise_and_bias": 0, "optimise": 1, "variants": 1, "equal_time_race": 1}
 
 
@@ -47,6 +48,11 @@ def shown(name):
     return (notebook_page.PAGES / f"{name}.md").read_text(), {file.name: file.read_bytes() for file in files}
 
 
+@functools.cache
+def executed(name):
+    return notebook_page.execute(notebook_page.read(name), SMALL.get(name))
+
+
 def require_mitsuba():
     mitsuba = pytest.importorskip("mitsuba")
     try:
@@ -60,7 +66,7 @@ def require_mitsuba():
 def test_notebooks(name):
     if name == "equal_time_race":
         require_mitsuba()
-    notebook = notebook_page.execute(notebook_page.read(name), SMALL.get(name))
+    notebook = executed(name)
     assert all(output.output_type != "error" for cell in notebook.cells for output in cell.get("outputs", []))
     text = "".join(notebook_page.text_of(cell) for cell in notebook.cells)
     pictures = [png for cell in notebook.cells for png in notebook_page.pictures_of(cell)]
@@ -88,7 +94,7 @@ def test_a_failing_cell_is_noticed():
 def test_a_stale_page_is_noticed():
     """Negative control."""
     name = "variants"
-    notebook = notebook_page.execute(notebook_page.read(name), SMALL[name])
+    notebook = executed(name)
     page, pictures = notebook_page.render(name, notebook)
     assert differences(name, notebook, page, pictures) == []
     [line] = [line for line in page.splitlines() if line.startswith("80 variants on")]

@@ -5,7 +5,8 @@
 //! cargo run --release -p trisect --example variants -- COUNT [THREADS]
 //! ```
 //!
-//! Prints the seconds of the loop, the seconds of its renders, and a mean over all images.
+//! Prints the seconds of the loop, those of its renders, the processor time of the loop in seconds
+//! (Linux; 0 elsewhere), and a mean over all images.
 //! `host/python/overhead.py` runs the same loop from Python and compares both.
 #![allow(clippy::unwrap_used, reason = "a tool for the terminal")]
 
@@ -23,18 +24,17 @@ fn main() -> Result<(), Box<dyn Error>> {
     let count: u32 = arguments.next().ok_or("usage: variants COUNT [THREADS]")?.parse()?;
     let threads = arguments.next().map(|threads| threads.parse()).transpose()?;
     let mut animated = AnimatedScene::hello_world(&LoadOptions::default())?;
-    let mut scene = animated.set_edits(Vec::new(), 0.0)?;
-    let mut renderer = Renderer::new(Cpu::open(threads)?, &scene)?;
-    let (mut sum, mut rendering) = (0.0, 0.0);
+    let mut renderer = Renderer::new(Cpu::open(threads)?, &animated.set_edits(Vec::new(), 0.0)?)?;
+    let (mut sum, mut rendering, mut used) = (0.0, 0.0, 0.0);
     let mut start = Instant::now();
     // Variant 0 warms up.
     for variant in 0..=count {
         if variant == 1 {
-            (sum, rendering, start) = (0.0, 0.0, Instant::now());
+            (sum, rendering, used, start) = (0.0, 0.0, processor_seconds(), Instant::now());
         }
         let albedo = f64::from(variant) / f64::from(count);
         let edit: FieldEdit = format!("materials.clay.albedo=({albedo}, 0.25, 0.2)").parse()?;
-        scene = animated.set_edits(vec![edit], 0.0)?;
+        let scene = animated.set_edits(vec![edit], 0.0)?;
         renderer.update_scene(&scene, None)?;
         let settings = Settings { samples: SAMPLES, ..Settings::of(&scene).size(SIZE.0, SIZE.1) };
         let begun = Instant::now();
@@ -43,7 +43,16 @@ fn main() -> Result<(), Box<dyn Error>> {
         sum += f64::from(frame.image().pixels[0][0]);
     }
     let seconds = start.elapsed().as_secs_f64();
-    println!("{seconds} {rendering} {}", sum / f64::from(count));
-    drop(scene);
+    let processor = processor_seconds() - used;
+    println!("{seconds} {rendering} {processor} {}", sum / f64::from(count));
     Ok(())
+}
+
+/// Returns the processor time of all threads of the process, in seconds; 0 where the system does
+/// not state it.
+fn processor_seconds() -> f64 {
+    let tasks = std::fs::read_dir("/proc/self/task").into_iter().flatten().flatten();
+    let statistics = tasks.filter_map(|task| std::fs::read_to_string(task.path().join("schedstat")).ok());
+    let nanoseconds = statistics.filter_map(|text| text.split(' ').next()?.parse::<u64>().ok());
+    nanoseconds.sum::<u64>() as f64 / 1e9
 }
