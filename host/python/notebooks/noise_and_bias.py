@@ -23,7 +23,7 @@ def images(**settings):
 
 
 sets, times = {}, {}
-for depth in [3, 6, 50]:
+for depth in [3, 5, 50]:
     sets[f"depth {depth}"], times[f"depth {depth}"] = images(spp=64, depth=depth)
 reference, _ = images(spp=256)
 rows = trisect.evaluate(sets, reference, seconds=times)["rows"]

@@ -60,7 +60,7 @@ def test_bad_images(truth):
         (good[:1], trisect.LabError, "1 of at least 2 images"),
         ([good[0], good[0]], trisect.LabError, "equal to"),
         ([good[0], good[1][:12].copy()], trisect.LabError, "render both at one size"),
-        ([good[0], good[1] * np.float32(np.nan)], trisect.LabError, "NaN or infinite in 768"),
+        ([good[0], good[1] * np.float32(np.nan)], trisect.LabError, "NaN or infinite in 432"),
         ([good[0], good[1].astype(np.float64)], TypeError, r"images\[1\] must be"),
         (good[0], TypeError, "must be a sequence of images"),
         ("a.png", TypeError, "must be a sequence of images"),

@@ -19,10 +19,10 @@ LONG = "import trisect; r = trisect.Renderer(trisect.Scene.hello_world(), 'cpu')
 def test_ctrl_c_ends_a_render(tmp_path, arguments):
     code = LONG + (
         "print('begins', flush=True)\n"
-        f"try: r.render({arguments}, width=640)\n"
+        f"try: r.render({arguments}, width=320)\n"
         "except KeyboardInterrupt as error:\n"
         "    frame = error.frame\n"
-        "    print(type(error).__name__, frame is None or (not frame.complete and frame.image.shape == (360, 640, 3)))\n"
+        "    print(type(error).__name__, frame is None or (not frame.complete and frame.image.shape == (180, 320, 3)))\n"
         "print('again', r.render(2, width=16).complete)\n"
     )
     process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)

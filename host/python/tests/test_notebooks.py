@@ -17,7 +17,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 import notebook_page  # noqa: E402
 
 # Parameters that make a notebook short enough for a test.
-SMALL = {"variants": {"count": 80}, "equal_time_race": {"seconds": 0.1, "seeds": 2}}
+SMALL = {"variants": {"count": 80}, "equal_time_race": {"seconds": 0.05, "seeds": 2}}
 PICTURES = {"first_render": 1, "noise_and_bias": 0, "optimise": 1, "variants": 1, "equal_time_race": 1}
 
 
