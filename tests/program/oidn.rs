@@ -223,7 +223,7 @@ fn a_slow_library_does_not_delay_a_budget() {
     let is_told = |budget: &&str| {
         error("small", budget).as_str().is_some_and(|error| error.contains("a large image, says the fake"))
     };
-    assert!(budgets.any(|budget| is_told(&budget)));
+    assert!(budgets.any(is_told));
 }
 
 /// Live frames and parameters of the filters are refused, with what works.

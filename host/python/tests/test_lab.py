@@ -311,5 +311,9 @@ def test_images_of_others(root, scene, cache, tmp_path):
     assert not faults(root, "tradeoff", found.report)
     with pytest.raises(trisect.LabError, match="16x16 pixels"):
         trisect.tradeoff(scene, against=folder.parent, cache=cache, backend="cpu", width=17, height=16)
+    # Bad images are found before anything is measured.
+    (folder / "9.exr").write_bytes((folder / "0.exr").read_bytes())
+    with pytest.raises(trisect.LabError, match="9.exr: equal to .*0.exr"):
+        trisect.tradeoff(scene, against=folder.parent, cache=cache, **SIZE)
     with pytest.raises(trisect.LabError, match="nosuch"):
         trisect.tradeoff(scene, against=tmp_path / "nosuch", cache=cache, **SIZE)

@@ -58,9 +58,19 @@ pub enum EvaluateError {
         /// Minimum.
         least: usize,
     },
-    /// A configuration has too few frames, or others than the reference.
+    /// An animation has too few frames.
+    #[error("{set}: {count} of at least {least} frames; flicker is a change between frames")]
+    FewFrames {
+        /// Name of the configuration, or its folder.
+        set: String,
+        /// Number of its frames.
+        count: usize,
+        /// Minimum.
+        least: usize,
+    },
+    /// A configuration has another number of frames than the reference.
     #[error(
-        "{set}: {count} frames, but the reference has {reference}; give both the same frames, at least {least}, \
+        "{set}: {count} frames, but the reference has {reference}; give both the same frames, \
          in the order of their names"
     )]
     Frames {
@@ -70,8 +80,6 @@ pub enum EvaluateError {
         count: usize,
         /// Number of the reference's frames.
         reference: usize,
-        /// Minimum.
-        least: usize,
     },
     /// Two images are equal, so their noise is not independent.
     #[error("{second}: equal to {first}; render each image with a seed of its own")]

@@ -71,7 +71,7 @@ impl ImageFolder {
     }
 
     /// Lists the configurations of a folder as [`open`](Self::open) does, for a comparison with
-    /// another reference. A file or folder named `reference` in it is none of them.
+    /// another reference. A file or folder named `reference` in it is left out.
     ///
     /// # Errors
     ///
@@ -103,30 +103,30 @@ impl ImageFolder {
         Ok(found)
     }
 
-    /// Reads the first image of each configuration, and checks its size.
+    /// Reads all images, one configuration at a time, and checks that they can be evaluated against
+    /// a reference of this size.
     ///
     /// # Errors
     ///
-    /// [`EvaluateError::Size`], and errors of reading.
-    pub fn check_size(&self, width: u32, height: u32) -> Result<(), EvaluateError> {
-        for path in self.sets.iter().filter_map(|set| set.images.first()) {
-            let image = Image::read(path)?;
-            let (size, other_size) = ((image.width, image.height), (width, height));
+    /// [`EvaluateError`] with the file and a remedy: see [`evaluate`](super::evaluate).
+    pub fn check(&self, width: u32, height: u32) -> Result<(), EvaluateError> {
+        for files in &self.sets {
+            let set = files.read()?;
+            set.check((&[], &[]))?;
+            let (size, other_size) = ((set.images[0].width, set.images[0].height), (width, height));
             if size != other_size {
-                let (image, other) = (path.display().to_string(), "the measurement".to_owned());
+                let (image, other) = (set.labels[0].clone(), "the measurement".to_owned());
                 return Err(EvaluateError::Size { image, size, other, other_size });
             }
         }
         Ok(())
     }
 
-    /// Reads and evaluates the images against another reference.
-    ///
-    /// # Errors
-    ///
-    /// [`EvaluateError`] with the file and a remedy: see [`evaluate`](super::evaluate).
-    pub fn rows(&self, truth: &Truth) -> Result<Vec<Row>, EvaluateError> {
-        self.sets.iter().map(|files| Row::of(&files.read()?, (&[], &[]), truth)).collect()
+    /// Reads and evaluates the images against another reference. Returns the result of each
+    /// configuration with its name.
+    pub fn rows(&self, truth: &Truth) -> impl Iterator<Item = (&str, Result<Row, EvaluateError>)> {
+        let row = |files: &SetFiles| Row::of(&files.read()?, (&[], &[]), truth);
+        self.sets.iter().map(move |files| (files.name.as_str(), row(files)))
     }
 
     /// Reads and evaluates the images as frames of an animation, in the order of their names. Two

@@ -163,10 +163,12 @@ fn mean_of_pixels(pixels: usize, of: impl Fn(usize, usize) -> [f64; 2] + Sync) -
 
 /// Checks that a configuration has as many frames as the reference, at least two.
 pub(super) fn check_count(set: &str, count: usize, reference: usize) -> Result<(), EvaluateError> {
-    if count == reference && count >= MIN_FRAMES {
-        return Ok(());
+    let set = set.to_owned();
+    match count {
+        _ if count < MIN_FRAMES => Err(EvaluateError::FewFrames { set, count, least: MIN_FRAMES }),
+        _ if count != reference => Err(EvaluateError::Frames { set, count, reference }),
+        _ => Ok(()),
     }
-    Err(EvaluateError::Frames { set: set.to_owned(), count, reference, least: MIN_FRAMES })
 }
 
 impl FramesEvaluation {

@@ -13,7 +13,11 @@ pub(super) fn of(rows: &[Row]) -> String {
     let Some(first) = rows.first() else { return String::new() };
     let headings = ["configuration".to_owned()].into_iter().chain(first.spectrum.iter().map(heading));
     let cells = |row: &Row| -> Vec<String> {
-        let densities = row.spectrum.iter().map(|band| format!("{:.2}", band.density));
+        let density = |band: &SpectrumBand| match band.density.is_finite() {
+            true => format!("{:.2}", band.density),
+            false => "-".to_owned(),
+        };
+        let densities = row.spectrum.iter().map(density);
         [row.name.clone()].into_iter().chain(densities).collect()
     };
     format!("\n{TITLE}\n{}", aligned([headings.collect()].into_iter().chain(rows.iter().map(cells))))

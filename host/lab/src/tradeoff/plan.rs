@@ -8,10 +8,10 @@ use super::fit::{Cost, Fit, REFERENCE_SHARE, fit};
 use super::measure::Sweep;
 use super::others::OtherRenderer;
 use super::picture::Pictures;
-use super::point::Tradeoff;
+use super::point::{Missing, Tradeoff};
 use super::reference::{Reference, ReferenceInfo};
 use super::supervisor::Supervisor;
-use super::{Lab, RenderCommand, TradeoffError, check_seeds};
+use super::{Lab, RenderCommand, Stop, TradeoffError, check_seeds};
 use crate::Error;
 use crate::accuracy::flips_of;
 use crate::error::EvaluateError;
@@ -101,7 +101,7 @@ impl TradeoffPlan<'_> {
         check_seeds(self.seeds)?;
         let [base, ..] = &self.configurations[..] else { return Err(no_configuration().into()) };
         if let Some(others) = self.others {
-            others.check_size(base.settings.width, base.settings.height)?;
+            others.check(base.settings.width, base.settings.height)?;
         }
         let mut lab = Lab::new(scene, device);
         let (each, fixed) = lab.pace(base, supervisor)?;
@@ -128,7 +128,7 @@ impl TradeoffPlan<'_> {
         let sweep = Sweep { configurations, levels: &levels, seeds, flips, command, reduction };
         let (mut found, pictures) = lab.measure(&sweep, reference.as_ref(), supervisor)?;
         if let (Some(others), Some(reference)) = (self.others, &reference) {
-            found.others = measure_others(others, reference, &found, supervisor)?;
+            measure_others(others, reference, &mut found, supervisor)?;
         }
         Ok((found, pictures))
     }
@@ -200,21 +200,34 @@ fn no_configuration() -> TradeoffError {
     TradeoffError::TooFew { what: "the number of configurations", given: 0, least: 1 }
 }
 
-/// Measures images of other renderers, and reports each to the supervisor.
+/// Measures images of other renderers, and reports each to the supervisor. Images that cannot be
+/// read any more, and all after an interrupt, are listed as missing.
 fn measure_others(
     others: &ImageFolder,
     reference: &Reference,
-    found: &Tradeoff,
+    found: &mut Tradeoff,
     supervisor: &mut dyn Supervisor,
-) -> Result<Vec<OtherRenderer>, Error> {
+) -> Result<(), Error> {
     let of_base = found.points.iter().filter(|point| point.knob == "base").max_by_key(|point| point.spp);
     let of_base = of_base.map(|base| (base.errors.variance, base.seconds.all.median));
     let image = reference.image();
     let truth = reference.truth(&image).map_err(EvaluateError::from)?;
-    let others: Vec<OtherRenderer> =
-        others.rows(&truth)?.into_iter().map(|row| OtherRenderer::of(row, of_base)).collect();
-    others.iter().for_each(|other| supervisor.report(&other.line()));
-    Ok(others)
+    let missing = |name: &str, reason| Missing { knob: "against".to_owned(), level: name.to_owned(), reason };
+    if let Some(stop) = found.ended.filter(|stop| *stop == Stop::Interrupted) {
+        found.missing.push(missing("images", stop.reason()));
+        return Ok(());
+    }
+    for (name, row) in others.rows(&truth) {
+        match row {
+            Err(error) => found.missing.push(missing(name, error.to_string())),
+            Ok(row) => {
+                let other = OtherRenderer::of(row, of_base);
+                supervisor.report(&other.line());
+                found.others.push(other);
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Returns the seconds per pixel that an image takes besides rendering, on all threads.

@@ -72,7 +72,7 @@ fn frames_that_do_not_fit_are_refused() {
     is(bad, "set, image 3: 2x1 pixels");
     let one = frames(0.0, |_| 0).remove(0);
     let message = evaluate_frames(&[], &[one]).unwrap_err().to_string();
-    assert!(message.contains("the reference: 1 frames"), "{message}");
+    assert!(message.contains("the reference: 1 of at least 2 frames"), "{message}");
     // Negative control.
     assert!(found(good()).is_ok());
 }
