@@ -69,7 +69,7 @@ fn what_prints_as_nothing_is_not_called_a_bias() {
     assert!(said(&errors(false, 1e-6, 0.1), false).iter().all(|line| !line.contains("biased")));
 }
 
-/// A bias whose interval contains 0 is not called one, however sure the tests of parts of the image are.
+/// A bias whose interval contains 0 is not called one, even if parts of the image surely differ.
 #[test]
 fn what_may_be_nothing_is_not_called_a_bias() {
     let around = |value: f64, half: f64| Interval { value, low: value - half, high: value + half };
