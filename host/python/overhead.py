@@ -5,7 +5,8 @@
 
 Each variant is an edit of a material, an update of the renderer, a render of 64 x 36 pixels with 16 samples each on the
 CPU, and its image. Processes of Rust and Python alternate. Prints the medians of the loops' times, and the median of the
-ratios of pairs with an interval of 95 % by order statistics. The start of the processes is not counted.
+ratios of pairs with an interval of 95 % by order statistics. The start of the processes is not counted, nor are the
+first variants: threads that NumPy's OpenBLAS starts occupy a core for about 0.1 s after the import.
 """
 
 import argparse
@@ -14,6 +15,9 @@ import statistics
 import subprocess
 import sys
 import time
+
+# Number of variants before those that are timed.
+WARM_UP = 50
 
 
 def loop(count, threads):
@@ -26,11 +30,10 @@ def loop(count, threads):
     scene = trisect.Scene.hello_world()
     renderer = trisect.Renderer(scene, "cpu", threads=threads)
     total, rendering, used, start = 0.0, 0.0, 0.0, 0.0
-    # Variant 0 warms up.
-    for variant in range(count + 1):
-        if variant == 1:
+    for step in range(WARM_UP + count):
+        if step == WARM_UP:
             total, rendering, used, start = 0.0, 0.0, time.process_time(), time.perf_counter()
-        renderer.update(scene.edit({"materials.clay.albedo": (variant / count, 0.25, 0.2)}))
+        renderer.update(scene.edit({"materials.clay.albedo": (step / (WARM_UP + count), 0.25, 0.2)}))
         begun = time.perf_counter()
         frame = renderer.render(16, width=64, height=36)
         rendering += time.perf_counter() - begun

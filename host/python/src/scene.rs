@@ -2,7 +2,7 @@
 
 use crate::error;
 use crate::lifecycle::Running;
-use crate::scene_edit::{Changes, arrays_of};
+use crate::scene_edit::{self, Changes, arrays_of};
 use crate::scene_parts::Parts;
 use crate::scene_source::{Content, Read, Source, State};
 use crate::words::wrong;
@@ -41,12 +41,11 @@ impl Scene {
                 None => error,
             })?)
         })?;
-        let module = py.import("trisect.errors")?;
-        let category = module.getattr("SceneWarning")?;
         let known: &[String] = before.map_or(&[], |before| &before.inner.warnings);
         for warning in scene.warnings.iter().filter(|warning| !known.contains(warning)) {
+            let category = py.import("trisect.errors")?.getattr("SceneWarning")?;
             let text = format!("{}: {warning}", scene.name);
-            py.import("warnings")?.call_method1("warn", (text, &category, 1))?;
+            py.import("warnings")?.call_method1("warn", (text, category, 1))?;
         }
         Ok(Self { source, state, inner: Arc::new(scene), space, names })
     }
@@ -83,8 +82,7 @@ impl Scene {
     #[new]
     #[pyo3(signature = (**parts), text_signature = "(*, camera, materials, objects=(), lights=(), sky=None, textures=None, media=None, atmosphere=None, portals=(), ground=None, width=640, height=360, spp=64, depth=50, about='')")]
     fn new(py: Python<'_>, parts: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
-        let module = py.import("trisect._build")?;
-        let built = module.getattr("scene")?.call((), parts)?;
+        let built = scene_edit::build(py)?.getattr("scene")?.call((), parts)?;
         let (text, arrays): (String, Bound<'_, PyAny>) = built.extract()?;
         let content = Content::Text { text, name: "<built scene>".to_owned() };
         let state = State { edits: Vec::new(), parts: Parts::read(&arrays)? };

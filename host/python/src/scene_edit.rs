@@ -7,9 +7,18 @@ use crate::scene_parts::{Parts, Place};
 use numpy::{PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::{PyDict, PyFloat, PyModule, PyTuple};
 use trisect::error::Error;
 use trisect::scene::{FieldEdit, SceneError};
+
+/// Module that makes text of Python values.
+static BUILD: PyOnceLock<Py<PyModule>> = PyOnceLock::new();
+
+/// Returns the module that makes text of Python values. An import takes longer than an edit.
+pub fn build(py: Python<'_>) -> PyResult<&Bound<'_, PyModule>> {
+    Ok(BUILD.get_or_try_init(py, || py.import("trisect._build").map(Bound::unbind))?.bind(py))
+}
 
 /// Changes of a scene: its arrays afterwards, and changes of fields of its text.
 pub struct Changes {
@@ -44,10 +53,11 @@ impl Changes {
 
     /// Adds the change of one field.
     fn add(&mut self, path: &str, value: &Bound<'_, PyAny>, file: &str) -> PyResult<()> {
-        let build = value.py().import("trisect._build")?;
+        let build = build(value.py())?;
+        let numbers = numbers(path, value);
         // The path of any value is that of this one.
-        let placeholder = field_edit(path, "0")?;
-        let segments: Vec<&str> = placeholder.path().iter().map(String::as_str).collect();
+        let edit = field_edit(path, numbers.as_deref().unwrap_or("0"))?;
+        let segments: Vec<&str> = edit.path().iter().map(String::as_str).collect();
         let lacks = |of: &str, field: &str, fields: &[&str]| {
             refused(file, format!("`set` {path}: {of} has no {field}; it has {}", fields.join(", ")))
         };
@@ -107,37 +117,39 @@ impl Changes {
                     return Ok(());
                 }
                 Some(Place::Text(number)) => {
-                    let mut segments = placeholder.path().to_vec();
+                    let mut segments = edit.path().to_vec();
                     segments[1] = number.to_string();
-                    return self.add_field(path, Some(segments), value, file);
+                    return self.add_field(path, edit.at(segments), numbers.is_some(), (value, file));
                 }
                 None => {}
             },
             _ => {}
         }
-        self.add_field(path, None, value, file)
+        self.add_field(path, edit, numbers.is_some(), (value, file))
     }
 
-    /// Adds the change of a field of the text, at the path `moved` if that is given.
+    /// Adds the change of a field of the text: this edit if it has the value already, else one at
+    /// its path with the value.
     fn add_field(
         &mut self,
         path: &str,
-        moved: Option<Vec<String>>,
-        value: &Bound<'_, PyAny>,
-        file: &str,
+        edit: FieldEdit,
+        has_value: bool,
+        (value, file): (&Bound<'_, PyAny>, &str),
     ) -> PyResult<()> {
+        if has_value {
+            self.fields.push(edit);
+            return Ok(());
+        }
         let is_transform = path.ends_with("transform");
         if !is_transform && value.cast::<PyUntypedArray>().is_ok_and(|array| array.ndim() > 1) {
             let message = format!("`set` {path}: this field takes no array{}", self.arrays());
             return Err(refused(file, message));
         }
-        let build = value.py().import("trisect._build")?;
+        let build = build(value.py())?;
         let text: String = build.call_method1("value_of_field", (value, path))?.extract()?;
-        let edit = field_edit(path, &text)?;
-        self.fields.push(match moved {
-            Some(moved) => edit.at(moved),
-            None => edit,
-        });
+        let place = edit.path().to_vec();
+        self.fields.push(field_edit(path, &text)?.at(place));
         Ok(())
     }
 
@@ -155,7 +167,7 @@ pub fn arrays_of(parts: &Parts) -> Option<String> {
 
 /// Returns the object that replaces one of arrays. It keeps its name unless the new one has one.
 fn replacement(before: &ArrayObject, path: &str, value: &Bound<'_, PyAny>) -> PyResult<ArrayObject> {
-    let build = value.py().import("trisect._build")?;
+    let build = build(value.py())?;
     let part = build.call_method1("array_object", (value, &before.name))?;
     if part.is_none() {
         let given = value.get_type().name()?;
@@ -163,6 +175,20 @@ fn replacement(before: &ArrayObject, path: &str, value: &Bound<'_, PyAny>) -> Py
         return Err(PyTypeError::new_err(message));
     }
     ArrayObject::read(&part, &format!("{path}."))
+}
+
+/// Returns the text of a float or a tuple of floats; `None` for other values, and for fields whose
+/// text says more than the numbers. Most edits of loops are these, and a call of Python's code
+/// takes longer than the edit.
+fn numbers(path: &str, value: &Bound<'_, PyAny>) -> Option<String> {
+    if path == "sky" || path.ends_with("transform") {
+        return None;
+    }
+    let number =
+        |value: &Bound<'_, PyAny>| value.cast_exact::<PyFloat>().ok().map(|n| format!("{:?}", n.value()));
+    let Ok(tuple) = value.cast_exact::<PyTuple>() else { return number(value) };
+    let numbers: Vec<String> = tuple.iter().map(|each| number(&each)).collect::<Option<_>>()?;
+    Some(format!("({})", numbers.join(", ")))
 }
 
 /// Returns the change of a field of the text.

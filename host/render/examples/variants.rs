@@ -19,6 +19,9 @@ use trisect::scene::{AnimatedScene, FieldEdit, LoadOptions};
 const SIZE: (u32, u32) = (64, 36);
 const SAMPLES: u32 = 16;
 
+/// Number of variants before those that are timed.
+const WARM_UP: u32 = 50;
+
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let count: u32 = arguments.next().ok_or("usage: variants COUNT [THREADS]")?.parse()?;
@@ -27,12 +30,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut renderer = Renderer::new(Cpu::open(threads)?, &animated.set_edits(Vec::new(), 0.0)?)?;
     let (mut sum, mut rendering, mut used) = (0.0, 0.0, 0.0);
     let mut start = Instant::now();
-    // Variant 0 warms up.
-    for variant in 0..=count {
-        if variant == 1 {
+    for step in 0..WARM_UP + count {
+        if step == WARM_UP {
             (sum, rendering, used, start) = (0.0, 0.0, processor_seconds(), Instant::now());
         }
-        let albedo = f64::from(variant) / f64::from(count);
+        let albedo = f64::from(step) / f64::from(WARM_UP + count);
         let edit: FieldEdit = format!("materials.clay.albedo=({albedo}, 0.25, 0.2)").parse()?;
         let scene = animated.set_edits(vec![edit], 0.0)?;
         renderer.update_scene(&scene, None)?;

@@ -233,12 +233,13 @@ impl Settings {
 
     /// Checks the settings, and the memory that they need, before anything is allocated.
     pub fn check(&self) -> Result<(), SettingsError> {
-        self.check_within(memory::available(), 0)
+        self.check_with(0)
     }
 
     /// Checks the settings of a render that already holds `held` bytes of its memory.
     pub(crate) fn check_holding(&self, held: u64) -> Result<(), SettingsError> {
-        self.check_within(memory::available().saturating_add(held), 0)
+        let lacking = |needed: u64| memory::lacking(needed.saturating_sub(held));
+        self.check_within(|needed| lacking(needed).map(|free| free.saturating_add(held)), 0)
     }
 
     /// Checks the settings of a render that holds `more` additional bytes per pixel.
@@ -247,10 +248,10 @@ impl Settings {
     ///
     /// The errors of [`check`](Self::check).
     pub fn check_with(&self, more: u64) -> Result<(), SettingsError> {
-        self.check_within(memory::available(), more)
+        self.check_within(memory::lacking, more)
     }
 
-    fn check_within(&self, available: u64, more: u64) -> Result<(), SettingsError> {
+    fn check_within(&self, lacking: impl Fn(u64) -> Option<u64>, more: u64) -> Result<(), SettingsError> {
         let counts = [
             ("width", self.width),
             ("height", self.height),
@@ -277,10 +278,10 @@ impl Settings {
         }
         let guides = if self.guides { Film::BYTES_PER_PIXEL_OF_AOVS } else { 0 };
         let needed = self.pixels() * (Film::BYTES_PER_PIXEL + guides + more);
-        if needed > available {
-            return Err(SettingsError::TooLarge { width, height, needed, available });
+        match lacking(needed) {
+            Some(available) => Err(SettingsError::TooLarge { width, height, needed, available }),
+            None => Ok(()),
         }
-        Ok(())
     }
 }
 
@@ -321,7 +322,7 @@ mod tests {
         assert_eq!(settings(1, 0).check(), Err(SettingsError::Zero { name: "height" }));
         assert!(matches!(settings(u32::MAX, 2).check(), Err(SettingsError::TooManyPixels { .. })));
         assert!(matches!(
-            settings(10_000, 10_000).check_within(1 << 30, 0),
+            settings(10_000, 10_000).check_within(|needed| (needed > 1 << 30).then_some(1 << 30), 0),
             Err(SettingsError::TooLarge { .. })
         ));
         let deep = Settings { depth: MAX_DEPTH + 1, ..settings(1, 1) };

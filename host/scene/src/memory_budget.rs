@@ -1,7 +1,7 @@
 //! Checks that there is memory for a scene's triangles before they are made.
 
 use super::description::{Instance, Mesh};
-use trisect_system::memory;
+use trisect_system::memory::{self, SMALL};
 
 /// Estimated bytes for each triangle in the world while the BVH is built: its record of 48 bytes,
 /// half a vertex of 32, a node of 64, the wide BVH, and the builder's own memory
@@ -12,9 +12,6 @@ const TRIANGLE: u64 = 200;
 /// as many records of 32 bytes as there are vertices, which is three if no two triangles share
 /// one, and three tangents of 16 bytes while they are read.
 const ATTRIBUTES: u64 = 3 * 32 + 3 * 16;
-
-/// Requests up to this size are granted without asking the system for its free memory.
-const SMALL: u64 = 64 << 20;
 
 /// Bytes that were taken, and the free memory in bytes once it was queried.
 #[derive(Debug, Default)]

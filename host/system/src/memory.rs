@@ -1,9 +1,10 @@
-//! Available memory, by which renders, scenes and images are refused before they are allocated, and
-//! its speed.
+//! Available memory, by which renders, scenes and images are refused before they are allocated.
 
 #[cfg(target_os = "linux")]
 mod cgroup;
+mod grants;
 
+pub use self::grants::{SMALL, lacking};
 #[cfg(target_os = "linux")]
 use std::path::Path;
 

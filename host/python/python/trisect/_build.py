@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import collections.abc
 import dataclasses
 import typing as t
 
@@ -26,7 +27,7 @@ def value(of: t.Any) -> str:
         return repr(float(of)).replace("nan", "NaN")
     if dataclasses.is_dataclass(of) and not isinstance(of, type):
         return _call(of)
-    if isinstance(of, t.Mapping):
+    if isinstance(of, collections.abc.Mapping):
         return "{" + ", ".join(f"{value(str(k))}: {value(v)}" for k, v in of.items()) + "}"
     if isinstance(of, (tuple, list, np.ndarray)):
         return "(" + ", ".join(value(each) for each in of) + ")"

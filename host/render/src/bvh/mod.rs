@@ -28,7 +28,7 @@ use bounds::{BoxOf, primitive_bounds};
 use serde::Serialize;
 use trisect_scene::{Scene, SceneError, SharedVec};
 use trisect_shared::bvh::{BvhNode, Child, STACK_SIZE};
-use trisect_system::memory::available;
+use trisect_system::memory::lacking;
 
 /// Quality of the BVH: a better one is faster to trace and slower to build.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -74,7 +74,7 @@ impl Bvh {
     /// [`SceneError`] for a BVH that exceeds the memory, or that is broken.
     pub fn build(scene: &Scene, quality: Option<BvhQuality>) -> Result<Self, SceneError> {
         let count = scene.primitives() + scene.shared.instances.len();
-        memory::check(count, &scene.name, available)?;
+        memory::check(count, &scene.name, lacking)?;
         let broken = |message| SceneError::Inconsistent { file: scene.name.clone(), message };
         let boxes: BoxOf = &|index| primitive_bounds(scene, index);
         let in_world = scene.world_primitives() + scene.shared.instances.len();

@@ -4,7 +4,7 @@ use super::bounds::primitive_bounds;
 use super::{Bvh, memory};
 use trisect_scene::{Scene, SceneError};
 use trisect_shared::bvh::{Child, Corners};
-use trisect_system::memory::available;
+use trisect_system::memory::lacking;
 
 /// Maximum cost of a refitted BVH, relative to the cost when it was built; beyond it, a new one is
 /// built (docs/notebook/animations.md).
@@ -59,7 +59,7 @@ impl Bvh {
         if leaves != count {
             return Ok(None);
         }
-        memory::check(count, &scene.name, available)?;
+        memory::check(count, &scene.name, lacking)?;
         self.refit(&|leaf| primitive_bounds(scene, leaf));
         Ok(Some(self))
     }

@@ -65,6 +65,10 @@ impl<T: OverChunks> Totals<T> {
     /// Returns totals of so many pixels, each of which `of` returns, on all threads.
     pub(crate) fn of_each(pixels: usize, of: impl Fn(usize) -> T + Send + Sync) -> Self {
         let mut exact = HostRecords::new(pixels);
+        if pixels <= TASK {
+            exact.iter_mut().enumerate().for_each(|(pixel, totals)| *totals = of(pixel));
+            return Self::Exact(exact);
+        }
         let all = exact.par_iter_mut().enumerate().with_min_len(TASK);
         all.for_each(|(pixel, totals)| *totals = of(pixel));
         Self::Exact(exact)
@@ -82,6 +86,12 @@ impl<T: OverChunks> Totals<T> {
     /// Returns whether there is no pixel.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// Returns whether the pixels are too few to be shared by threads: to wake another thread takes
+    /// longer.
+    fn is_one_task(&self) -> bool {
+        self.len() <= TASK
     }
 
     /// Returns the number of bytes in memory.
@@ -110,6 +120,9 @@ impl<T: OverChunks> Totals<T> {
     /// Calls `use_totals` with each pixel's totals and its own element of `output`, on all threads.
     /// Elements beyond the last pixel stay as they are.
     pub fn for_each_with<U: Send>(&self, output: &mut [U], use_totals: impl Fn(&mut U, T) + Send + Sync) {
+        if self.is_one_task() {
+            return output.iter_mut().zip(self).for_each(|(output, totals)| use_totals(output, totals));
+        }
         let output = output.par_iter_mut();
         match self {
             Self::Empty(pixels) => {
@@ -129,6 +142,7 @@ impl<T: OverChunks> Totals<T> {
     /// Returns `convert` of each pixel's totals, in order.
     pub fn map<U: Send>(&self, convert: impl Fn(T) -> U + Send + Sync) -> Vec<U> {
         match self {
+            _ if self.is_one_task() => self.iter().map(convert).collect(),
             // Also in parallel, because of the first touch.
             Self::Empty(pixels) => {
                 rayon::iter::repeat_n(T::EMPTY, *pixels).with_min_len(TASK).map(convert).collect()
@@ -227,6 +241,9 @@ impl Totals<PixelTotals> {
     /// Returns the counts over these pixels; those beyond the last have none.
     pub fn counts(&self, pixels: Range<usize>) -> FilmCounts {
         let count = |pixel| self.get(pixel).map_or_else(FilmCounts::default, |totals| totals.counts());
+        if self.is_one_task() {
+            return pixels.map(count).fold(FilmCounts::default(), |a, b| a + b);
+        }
         pixels.into_par_iter().with_min_len(TASK).map(count).reduce(FilmCounts::default, |a, b| a + b)
     }
 }

@@ -111,7 +111,7 @@ impl Renderer {
         // What the device added is read into a film of its own before it is added to this one.
         let films = 2 * block.settings.pixels() * Film::bytes_per_pixel(block.settings.guides);
         let needed = films.saturating_sub(film.bytes());
-        if wants_device && wanted == Summation::Auto && needed > memory::available() {
+        if wants_device && wanted == Summation::Auto && memory::lacking(needed).is_some() {
             let needed = memory::display(needed);
             self.summed.1 = Some(format!("the host lacks {needed} of memory to read the device's film"));
         } else if wants_device {

@@ -12,10 +12,6 @@ use trisect_system::memory;
 /// and the records.
 const BYTES_PER_TEXEL: u64 = 72;
 
-/// Panoramas that need at most this many bytes are lowered without asking the system for its free
-/// memory.
-const SMALL: u64 = 64 << 20;
-
 /// Builds the records of a panorama. Each texel is sampled with a probability proportional to the
 /// luminance of the interpolated panorama times the texel's solid angle, so that each direction
 /// with radiance can be sampled.
@@ -25,8 +21,8 @@ pub(super) fn lower(image: &Image, scale: f64, rotation: f64) -> Result<Environm
         return Err(format!("a panorama of {width}x{height} texels; it may have 1 to 2^30"));
     }
     let needed = BYTES_PER_TEXEL * image.pixels.len() as u64;
-    if needed > SMALL && needed > memory::available() {
-        let (needed, free) = (memory::display(needed), memory::display(memory::available()));
+    if let Some(free) = memory::lacking(needed) {
+        let (needed, free) = (memory::display(needed), memory::display(free));
         return Err(format!(
             "a panorama of {width}x{height} texels needs {needed} of memory, and {free} are available; use a smaller one"
         ));
