@@ -24,10 +24,12 @@ pub mod probe;
 pub mod program;
 pub mod renders;
 pub mod report;
+mod reused_device;
 pub mod running;
 pub mod statistics;
 pub mod ulp;
 
+use reused_device::ReusedDevice;
 use std::path::{Path, PathBuf};
 use trisect::device::wgpu::{Route, Wgpu};
 use trisect::device::{BackendError, Device, cpu::Cpu, cuda::Cuda};
@@ -58,9 +60,7 @@ impl BackendUnderTest {
     }
 
     fn open(self) -> Result<Box<dyn Device>, BackendError> {
-        let wgpu = |route| -> Result<Box<dyn Device>, BackendError> {
-            Ok(Box::new(Wgpu::open(Some(self.index()), route)?))
-        };
+        let wgpu = |route| ReusedDevice::take(self, || Ok(Box::new(Wgpu::open(Some(self.index()), route)?)));
         match self {
             Self::Cpu => Ok(Box::new(Cpu::open(None)?)),
             Self::Wgpu => wgpu(Route::PassThrough),

@@ -2,6 +2,8 @@
 
 use crate::checkpoint_options::{CheckpointOptions, interval, path, samples};
 use crate::error;
+use crate::image_options::{aovs, crop, cropped};
+use crate::progress_callback::ProgressCallback;
 use crate::scene::Scene;
 use crate::words::{count, flag, number, share, time, word, wrong};
 use pyo3::exceptions::PyTypeError;
@@ -55,7 +57,7 @@ pub struct RenderOptions {
     /// Layers beside the image.
     pub aovs: Vec<Aov>,
     /// Callable that receives the progress.
-    pub progress: Option<Py<PyAny>>,
+    pub progress: Option<ProgressCallback>,
     /// Indices of the samples to render; all of the settings unless a part was asked for.
     pub samples: Range<u32>,
     /// File that keeps the film.
@@ -77,7 +79,7 @@ struct Given {
     roulette: Option<bool>,
     roulette_depth: Option<u32>,
     aovs: Vec<Aov>,
-    progress: Option<Py<PyAny>>,
+    progress: Option<ProgressCallback>,
     samples: Option<Range<u32>>,
     checkpoint: Option<PathBuf>,
     every: Option<SaveInterval>,
@@ -165,7 +167,7 @@ impl Given {
                 self.adaptive = Some(word(name, value, &words)?);
             }
             "aov" => self.aovs = aovs(value)?,
-            "progress" => self.progress = progress(value, "bar")?,
+            "progress" => self.progress = ProgressCallback::read(value, "bar")?,
             "sample_range" => self.samples = Some(samples(value)?),
             "checkpoint" => self.checkpoint = Some(path(name, value)?),
             "checkpoint_every" => self.every = Some(interval(name, value)?),
@@ -276,54 +278,4 @@ impl Given {
 fn conflict(message: String, place: Option<&str>) -> PyErr {
     let place = place.map(str::to_owned);
     error::raise("SettingsError", message, error::Facts { kind: "Goals", place, ..Default::default() })
-}
-
-/// Returns the corners of a part of the image.
-fn crop(value: &Bound<'_, PyAny>) -> PyResult<[f64; 4]> {
-    let remedy = "it must be (x0, y0, x1, y1): shares of width and height from 0 to 1, or pixels";
-    let corners: Option<[f64; 4]> = value.extract().ok();
-    let fits = |[x0, y0, x1, y1]: &[f64; 4]| {
-        [x0, y0, x1, y1].into_iter().all(|of| (0.0..=f64::from(u32::MAX)).contains(of)) && x0 < x1 && y0 < y1
-    };
-    corners.filter(fits).ok_or_else(|| wrong("crop", value, remedy))
-}
-
-/// Returns the settings of a part of an image: shares if none is above 1, else pixels.
-fn cropped(settings: Settings, [x0, y0, x1, y1]: [f64; 4]) -> PyResult<Settings> {
-    let is_share = [x0, y0, x1, y1].iter().all(|of| *of <= 1.0);
-    let (wide, high) = (f64::from(settings.width), f64::from(settings.height));
-    let (wide, high) = if is_share { (wide, high) } else { (1.0, 1.0) };
-    let pixel = |at: f64, scale: f64| (at * scale).round() as u32;
-    let cropped = settings.cropped(pixel(x0, wide)..pixel(x1, wide), pixel(y0, high)..pixel(y1, high));
-    cropped.map_err(|error| error::of_library(error.into()))
-}
-
-/// Returns the layers that a sequence of names asks for, or one name.
-fn aovs(value: &Bound<'_, PyAny>) -> PyResult<Vec<Aov>> {
-    let names: Vec<Bound<'_, PyAny>> = match value.extract::<String>() {
-        Ok(_) => vec![value.clone()],
-        Err(_) => value.try_iter()?.collect::<PyResult<_>>()?,
-    };
-    let mut found = Vec::new();
-    for name in &names {
-        let aov = word("aov", name, &Aov::ALL)?;
-        if aov == Aov::Motion {
-            return Err(wrong("aov", name, "a frame alone has no motion; take the others"));
-        }
-        if !found.contains(&aov) {
-            found.push(aov);
-        }
-    }
-    Ok(found)
-}
-
-/// Returns the callable that receives the progress: the caller's, or for True that of the function
-/// `bar` of `trisect._progress`.
-pub fn progress(value: &Bound<'_, PyAny>, bar: &str) -> PyResult<Option<Py<PyAny>>> {
-    match value.extract::<bool>() {
-        Ok(false) => Ok(None),
-        Ok(true) => Ok(Some(value.py().import("trisect._progress")?.call_method0(bar)?.unbind())),
-        Err(_) if value.is_callable() => Ok(Some(value.clone().unbind())),
-        Err(_) => Err(wrong("progress", value, "it must be True, False or a callable")),
-    }
 }

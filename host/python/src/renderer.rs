@@ -9,14 +9,13 @@ use crate::frame::Frame;
 use crate::header::LazyHeader;
 use crate::job::{self, Kept, Work};
 use crate::layers::SceneOfLayers;
-use crate::lifecycle::{Running, is_forked};
+use crate::lifecycle::{Nested, Running, is_forked};
 use crate::observer::Watch;
 use crate::options::RenderOptions;
 use crate::ranks::{Ranks, Shared};
 use crate::scene::Scene;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use std::cell::Cell;
 use std::mem::ManuallyDrop;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
@@ -24,17 +23,13 @@ use std::thread::{self, ThreadId};
 use std::time::Duration;
 use trisect::render::Settings;
 
-/// Renderer and scene that one thread at a time uses.
-struct Inner {
-    renderer: trisect::render::Renderer,
-    scene: Py<Scene>,
-}
-
 /// A scene on a device, for any number of frames. One thread at a time renders with it.
 #[pyclass(frozen, module = "trisect")]
 pub struct Renderer {
-    /// Not dropped in a forked child, which has none of its threads.
-    inner: ManuallyDrop<Mutex<Inner>>,
+    /// One thread at a time uses it. Not dropped in a forked child, which has none of its threads.
+    inner: ManuallyDrop<Mutex<trisect::render::Renderer>>,
+    /// Scene of the next frame.
+    scene: Mutex<Py<Scene>>,
     /// Thread that renders.
     owner: Mutex<Option<ThreadId>>,
     cancel: AtomicBool,
@@ -53,7 +48,7 @@ impl Drop for Renderer {
 
 /// Renderer that this thread has alone.
 struct Alone<'a> {
-    inner: MutexGuard<'a, Inner>,
+    renderer: MutexGuard<'a, trisect::render::Renderer>,
     owner: &'a Mutex<Option<ThreadId>>,
 }
 
@@ -66,43 +61,10 @@ impl Drop for Alone<'_> {
 /// A render that begins.
 struct Begun<'a> {
     alone: Alone<'a>,
+    scene: Py<Scene>,
     options: RenderOptions,
     header: LazyHeader,
     start: FilmStart,
-}
-
-/// Maximum number of renders that run in each other's progress callbacks: each takes stack.
-const MAX_NESTED: u32 = 16;
-
-thread_local! {
-    /// Number of renders and measurements of this thread that run.
-    static NESTED: Cell<u32> = const { Cell::new(0) };
-}
-
-/// A render or measurement of this thread that runs.
-pub struct Nested(());
-
-impl Nested {
-    /// Begins a render or measurement.
-    ///
-    /// # Errors
-    ///
-    /// `BusyError` if too many run in each other's progress callbacks.
-    pub fn begin() -> PyResult<Self> {
-        if NESTED.get() >= MAX_NESTED {
-            let message =
-                format!("{MAX_NESTED} renders run in each other's progress callbacks; return from them");
-            return Err(error::raise("BusyError", message, Facts::default()));
-        }
-        NESTED.set(NESTED.get() + 1);
-        Ok(Self(()))
-    }
-}
-
-impl Drop for Nested {
-    fn drop(&mut self) {
-        NESTED.set(NESTED.get() - 1);
-    }
 }
 
 impl Renderer {
@@ -110,7 +72,7 @@ impl Renderer {
     fn alone(&self, py: Python<'_>) -> PyResult<Alone<'_>> {
         loop {
             match self.inner.try_lock() {
-                Ok(inner) => return Ok(self.owned(inner)),
+                Ok(renderer) => return Ok(self.owned(renderer)),
                 Err(TryLockError::Poisoned(poisoned)) => return Ok(self.owned(poisoned.into_inner())),
                 Err(TryLockError::WouldBlock) => {}
             }
@@ -124,9 +86,9 @@ impl Renderer {
         }
     }
 
-    fn owned<'a>(&'a self, inner: MutexGuard<'a, Inner>) -> Alone<'a> {
+    fn owned<'a>(&'a self, renderer: MutexGuard<'a, trisect::render::Renderer>) -> Alone<'a> {
         *self.owner.lock().unwrap_or_else(PoisonError::into_inner) = Some(thread::current().id());
-        Alone { inner, owner: &self.owner }
+        Alone { renderer, owner: &self.owner }
     }
 
     /// Reads the arguments of a render, and prepares its film.
@@ -137,15 +99,15 @@ impl Renderer {
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Begun<'a>> {
         let alone = self.alone(py)?;
-        let Inner { renderer, scene } = &*alone.inner;
+        let scene = self.scene(py);
         let options = RenderOptions::read(scene.get(), spp.filter(|spp| !spp.is_none()), options)?;
-        let header = LazyHeader::of_render(renderer, &SceneOfLayers::from(scene.get()), &options);
+        let header = LazyHeader::of_render(&alone.renderer, &SceneOfLayers::from(scene.get()), &options);
         let start = match options.request {
             Some(_) => FilmStart { film: trisect::film::Film::new(0, 0), saver: None },
             None => error::guarded(py, || FilmStart::new(&options, &header))?,
         };
         self.cancel.store(false, Ordering::Relaxed);
-        Ok(Begun { alone, options, header, start })
+        Ok(Begun { alone, scene, options, header, start })
     }
 
     /// Renders a frame, which rank 0 receives if there are ranks.
@@ -161,12 +123,12 @@ impl Renderer {
             begun = ranks
                 .agree(py, begun, |begun| Some((begun.header.get().identity, begun.options.samples.clone())));
         }
-        let Begun { mut alone, options, header, start: FilmStart { film, saver } } = begun?;
-        let Inner { renderer, scene } = &mut *alone.inner;
+        let Begun { mut alone, scene, options, header, start: FilmStart { film, saver } } = begun?;
+        let renderer = &mut *alone.renderer;
         let scene = SceneOfLayers::from(scene.get());
         let shared = Shared { height: options.settings.height, samples: options.samples.clone() };
         let share = ranks.map(|ranks| ranks.share(&shared));
-        let callback = options.progress.as_ref().map(|callback| callback.clone_ref(py));
+        let callback = options.progress.as_ref().map(|progress| progress.callable().clone_ref(py));
         let mut watch = Watch::new(&self.cancel, callback, saver.as_ref(), options.request.is_some());
         let work = Work { options: &options, share: share.as_deref(), saver: saver.as_ref() };
         let mut kept = Kept::default();
@@ -216,8 +178,9 @@ impl Renderer {
             let renderer = trisect::render::Renderer::new(selection.device, &records)?;
             Ok((renderer, device))
         })?;
-        let inner = ManuallyDrop::new(Mutex::new(Inner { renderer, scene }));
-        Ok(Self { inner, owner: Mutex::new(None), cancel: AtomicBool::new(false), device })
+        let inner = ManuallyDrop::new(Mutex::new(renderer));
+        let scene = Mutex::new(scene);
+        Ok(Self { inner, scene, owner: Mutex::new(None), cancel: AtomicBool::new(false), device })
     }
 
     /// Render a frame: spp samples per pixel, the best image within a time (budget), or samples
@@ -268,9 +231,9 @@ impl Renderer {
         let _running = Running::begin()?;
         let mut alone = self.alone(py)?;
         let records = Arc::clone(&scene.get().inner);
-        let renderer = &mut alone.inner.renderer;
+        let renderer = &mut *alone.renderer;
         let reuse = error::guarded(py, || renderer.update_scene(&records, None))?;
-        alone.inner.scene = scene;
+        *self.scene.lock().unwrap_or_else(PoisonError::into_inner) = scene;
         let written = PyDict::new(py);
         for array in &reuse.written {
             written.set_item(array.name, array.bytes)?;
@@ -288,8 +251,8 @@ impl Renderer {
 
     /// Scene of the next frame.
     #[getter]
-    fn scene(&self, py: Python<'_>) -> PyResult<Py<Scene>> {
-        Ok(self.alone(py)?.inner.scene.clone_ref(py))
+    fn scene(&self, py: Python<'_>) -> Py<Scene> {
+        self.scene.lock().unwrap_or_else(PoisonError::into_inner).clone_ref(py)
     }
 
     /// Backend of the device: "cpu", "wgpu" or "cuda".

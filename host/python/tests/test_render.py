@@ -2,6 +2,8 @@
 
 import os
 import subprocess
+import sys
+import types
 
 import numpy as np
 import pytest
@@ -125,6 +127,48 @@ def test_an_exception_of_the_callback_ends_the_render(renderer):
 def test_the_callback_cannot_use_the_renderer(renderer):
     with pytest.raises(trisect.BusyError, match="cannot use it"):
         renderer.render(10_000_000, width=96, progress=lambda _: renderer.render(1))
+
+
+def test_the_callback_reads_the_scene(renderer):
+    told = []
+    renderer.render(400, width=96, progress=lambda _: told.append(renderer.scene.name))
+    assert set(told) == {renderer.scene.name}
+
+
+class CountedBar:
+    """Stands in for tqdm's bar."""
+
+    opened = closed = 0
+
+    def __init__(self, **options):
+        CountedBar.opened += 1
+        self.n = 0
+
+    def update(self, more):
+        self.n += more
+
+    def set_postfix(self, **values):
+        pass
+
+    def close(self):
+        CountedBar.closed += 1
+
+
+@pytest.mark.parametrize("goal", [{"spp": 400}, {"target_error": "0.3%"}, {"budget": "300ms"}])
+def test_bars_are_closed(monkeypatch, renderer, goal):
+    tqdm = types.ModuleType("tqdm")
+    tqdm.auto = types.SimpleNamespace(tqdm=CountedBar)
+    monkeypatch.setitem(sys.modules, "tqdm", tqdm)
+    monkeypatch.setitem(sys.modules, "tqdm.auto", tqdm.auto)
+    before = CountedBar.opened
+    renderer.render(**goal, width=96, progress=True)
+    assert CountedBar.opened == CountedBar.closed == before + 1
+
+
+def test_a_line_of_progress_is_ended(monkeypatch, capfd, renderer):
+    monkeypatch.setitem(sys.modules, "tqdm.auto", None)
+    renderer.render(target_error="0.3%", width=96, progress=True)
+    assert "error" in (shown := capfd.readouterr().err) and shown.endswith("\n"), shown
 
 
 def test_comparisons(renderer, tmp_path):

@@ -2,7 +2,8 @@
 
 use crate::device::DeviceChoice;
 use crate::error;
-use crate::options::{RenderOptions, SETTINGS, progress, unexpected};
+use crate::options::{RenderOptions, SETTINGS, unexpected};
+use crate::progress_callback::ProgressCallback;
 use crate::scene::Scene;
 use crate::words::{count, number, time, wrong};
 use pyo3::prelude::*;
@@ -39,7 +40,7 @@ pub struct LabOptions {
     /// True if the size of the images is given.
     pub has_size: bool,
     /// Callable that receives the progress.
-    pub progress: Option<Py<PyAny>>,
+    pub progress: Option<ProgressCallback>,
     /// Command that renders the base; `None` if the scene is not a file.
     pub command: Option<RenderCommand>,
 }
@@ -55,7 +56,7 @@ struct Given<'py> {
     limit: Option<Duration>,
     cache: Option<PathBuf>,
     reference_spp: Option<u32>,
-    progress: Option<Py<PyAny>>,
+    progress: Option<ProgressCallback>,
     settings: Vec<(String, Bound<'py, PyAny>)>,
     /// Options of the program with the same meaning.
     options: Vec<(String, Option<String>)>,
@@ -116,7 +117,7 @@ impl<'py> Given<'py> {
                 self.cache = Some(folder?);
             }
             "reference_spp" => self.reference_spp = Some(count(name, value)?),
-            "progress" => self.progress = progress(value, "stages")?,
+            "progress" => self.progress = ProgressCallback::read(value, "stages")?,
             "backend" => self.backend = Some(value.clone()),
             "device" => self.device = Some(index(name, value)?),
             "threads" => self.threads = Some(index(name, value)?),

@@ -2,6 +2,7 @@
 
 use super::in_words_of_python;
 use crate::lifecycle::is_ending;
+use crate::progress_callback::ProgressCallback;
 use pyo3::prelude::*;
 use std::cell::Cell;
 use std::ops::ControlFlow;
@@ -41,7 +42,7 @@ impl LabProgress {
 
 /// Supervisor of a measurement that a call from Python makes.
 pub struct Watch {
-    callback: Option<Py<PyAny>>,
+    callback: Option<ProgressCallback>,
     limit: Duration,
     start: Instant,
     /// Last look at signals.
@@ -58,7 +59,7 @@ pub struct Watch {
 
 impl Watch {
     /// Starts the clock of a measurement.
-    pub fn new(limit: Duration, callback: Option<Py<PyAny>>) -> Self {
+    pub fn new(limit: Duration, callback: Option<ProgressCallback>) -> Self {
         let start = Instant::now();
         Self {
             callback,
@@ -121,7 +122,7 @@ impl Watch {
         let left = (self.limit.as_secs_f64() - seconds).max(0.0);
         let message = message.map(in_words_of_python);
         let told = LabProgress { done, total, stage, seconds, left, message };
-        let result = Python::try_attach(|py| callback.call1(py, (told,)).map(|_| ()));
+        let result = Python::try_attach(|py| callback.callable().call1(py, (told,)).map(|_| ()));
         self.note(result);
         self.called = Instant::now();
     }
