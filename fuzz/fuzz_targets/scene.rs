@@ -1,6 +1,6 @@
 //! Fuzz target: scene files. The current folder has small files that they may name: `m.glb`,
-//! `m.obj`, `m.ply`, `m.stl`, `t.png`, `s.hdr`, and `a.glb`, which has an animation, variants and
-//! instances.
+//! `m.obj`, `m.ply`, `m.stl`, `t.png`, `s.hdr`, `g.vol`, and `a.glb`, which has an animation, variants
+//! and instances.
 
 #![no_main]
 
@@ -9,13 +9,14 @@ use std::fs::write;
 use trisect::scene::{EnvironmentSource, SceneDocument, Surroundings};
 use trisect_fuzz::{Choices, bounded, enter_folder, has_few_triangles, scene};
 
-const FILES: [(&str, &[u8]); 7] = [
+const FILES: [(&str, &[u8]); 8] = [
     ("a.glb", include_bytes!("../corpus/glb/moving.glb")),
     ("m.glb", include_bytes!("../corpus/glb/container.glb")),
     ("m.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n"),
     ("m.ply", include_bytes!("../corpus/ply/ascii.ply")),
     ("m.stl", include_bytes!("../corpus/stl/binary.stl")),
     ("t.png", include_bytes!("../../scenes/gltf/features_tiles.png")),
+    ("g.vol", include_bytes!("../corpus/grid/small.vol")),
     ("s.hdr", include_bytes!("../../scenes/textures/sky.hdr")),
 ];
 

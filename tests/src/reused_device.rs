@@ -14,7 +14,7 @@ use trisect_shared::features::Features;
 /// Devices that no test uses, and the backends that opened them.
 static UNUSED: Mutex<Vec<(BackendUnderTest, Box<dyn Device>)>> = Mutex::new(Vec::new());
 
-/// A device that returns to the unused ones when it is dropped, unless its test has failed.
+/// A device that returns to the unused ones when it is dropped, unless its thread panics.
 pub struct ReusedDevice {
     backend: BackendUnderTest,
     /// `None` after the drop.
@@ -22,7 +22,7 @@ pub struct ReusedDevice {
 }
 
 impl ReusedDevice {
-    /// Returns an unused device of this backend, or a new one.
+    /// Returns an unused device of this backend that still works, or a new one.
     ///
     /// # Errors
     ///
@@ -34,7 +34,9 @@ impl ReusedDevice {
         let mut unused = UNUSED.lock().unwrap_or_else(PoisonError::into_inner);
         let found = unused.iter().position(|(of, _)| *of == backend).map(|index| unused.swap_remove(index).1);
         drop(unused);
-        let inner = Some(found.map_or_else(open, Ok)?);
+        let working =
+            found.and_then(|mut device| device.upload(&[0; 4], "a probe").is_ok().then_some(device));
+        let inner = Some(working.map_or_else(open, Ok)?);
         Ok(Box::new(Self { backend, inner }))
     }
 

@@ -3,7 +3,7 @@
 use crate::words::wrong;
 use pyo3::prelude::*;
 
-/// Callable of the caller, or a bar of this module, which closes when it is dropped.
+/// Callable of the caller, or a bar of this module, which closes at the end.
 pub struct ProgressCallback {
     callable: Py<PyAny>,
     is_bar: bool,
@@ -34,8 +34,21 @@ impl ProgressCallback {
     pub fn callable(&self) -> &Py<PyAny> {
         &self.callable
     }
+
+    /// Closes the bar, if it is one.
+    ///
+    /// # Errors
+    ///
+    /// Those of the bar and of signal handlers.
+    pub fn close(mut self, py: Python<'_>) -> PyResult<()> {
+        match std::mem::take(&mut self.is_bar) {
+            true => self.callable.call_method0(py, "close").map(|_| ()),
+            false => Ok(()),
+        }
+    }
 }
 
+/// Closes the bar of a call that ended with another error, which counts more than one of the bar.
 impl Drop for ProgressCallback {
     fn drop(&mut self) {
         if self.is_bar {

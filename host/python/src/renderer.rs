@@ -26,7 +26,8 @@ use trisect::render::Settings;
 /// A scene on a device, for any number of frames. One thread at a time renders with it.
 #[pyclass(frozen, module = "trisect")]
 pub struct Renderer {
-    /// One thread at a time uses it. Not dropped in a forked child, which has none of its threads.
+    /// Renderer that one thread at a time uses. A forked child, which has none of its threads, does
+    /// not drop it.
     inner: ManuallyDrop<Mutex<trisect::render::Renderer>>,
     /// Scene of the next frame.
     scene: Mutex<Py<Scene>>,
@@ -123,12 +124,13 @@ impl Renderer {
             begun = ranks
                 .agree(py, begun, |begun| Some((begun.header.get().identity, begun.options.samples.clone())));
         }
-        let Begun { mut alone, scene, options, header, start: FilmStart { film, saver } } = begun?;
+        let Begun { mut alone, scene, mut options, header, start: FilmStart { film, saver } } = begun?;
+        let progress = options.progress.take();
         let renderer = &mut *alone.renderer;
         let scene = SceneOfLayers::from(scene.get());
         let shared = Shared { height: options.settings.height, samples: options.samples.clone() };
         let share = ranks.map(|ranks| ranks.share(&shared));
-        let callback = options.progress.as_ref().map(|progress| progress.callable().clone_ref(py));
+        let callback = progress.as_ref().map(|progress| progress.callable().clone_ref(py));
         let mut watch = Watch::new(&self.cancel, callback, saver.as_ref(), options.request.is_some());
         let work = Work { options: &options, share: share.as_deref(), saver: saver.as_ref() };
         let mut kept = Kept::default();
@@ -150,7 +152,9 @@ impl Renderer {
         let finished = sampled.and_then(|sampled| {
             error::guarded(py, || job::finish(renderer, &options, &scene, sampled, &mut watch))
         });
-        conclusion.of(py, finished, &mut watch, kept, saver.as_ref()).map(Some)
+        let frame = conclusion.of(py, finished, &mut watch, kept, saver.as_ref())?;
+        progress.map_or(Ok(()), |progress| progress.close(py))?;
+        Ok(Some(frame))
     }
 }
 
@@ -233,7 +237,9 @@ impl Renderer {
         let records = Arc::clone(&scene.get().inner);
         let renderer = &mut *alone.renderer;
         let reuse = error::guarded(py, || renderer.update_scene(&records, None))?;
-        *self.scene.lock().unwrap_or_else(PoisonError::into_inner) = scene;
+        let before =
+            std::mem::replace(&mut *self.scene.lock().unwrap_or_else(PoisonError::into_inner), scene);
+        drop(before);
         let written = PyDict::new(py);
         for array in &reuse.written {
             written.set_item(array.name, array.bytes)?;

@@ -8,7 +8,7 @@ use numpy::{PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::{PyDict, PyFloat, PyModule, PyTuple};
+use pyo3::types::{PyDict, PyFloat, PyInt, PyModule, PyTuple};
 use trisect::error::Error;
 use trisect::scene::{FieldEdit, SceneError};
 
@@ -177,16 +177,21 @@ fn replacement(before: &ArrayObject, path: &str, value: &Bound<'_, PyAny>) -> Py
     ArrayObject::read(&part, &format!("{path}."))
 }
 
-/// Returns the text of a float or a tuple of floats; `None` for other values, and for fields whose
-/// text says more than the numbers. Most edits of loops are these, and a call of Python's code
-/// takes longer than the edit.
+/// Returns the text of a number or a short tuple of numbers; `None` for other values, and for fields
+/// whose text says more than the numbers. Most edits of loops are these, and a call of Python's
+/// code takes longer than the edit.
 fn numbers(path: &str, value: &Bound<'_, PyAny>) -> Option<String> {
     if path == "sky" || path.ends_with("transform") {
         return None;
     }
-    let number =
-        |value: &Bound<'_, PyAny>| value.cast_exact::<PyFloat>().ok().map(|n| format!("{:?}", n.value()));
+    let number = |value: &Bound<'_, PyAny>| match value.cast_exact::<PyFloat>() {
+        Ok(number) => Some(format!("{:?}", number.value())),
+        Err(_) => value.cast_exact::<PyInt>().ok()?.extract::<i64>().ok().map(|number| number.to_string()),
+    };
     let Ok(tuple) = value.cast_exact::<PyTuple>() else { return number(value) };
+    if tuple.len() > 16 {
+        return None;
+    }
     let numbers: Vec<String> = tuple.iter().map(|each| number(&each)).collect::<Option<_>>()?;
     Some(format!("({})", numbers.join(", ")))
 }

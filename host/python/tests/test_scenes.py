@@ -180,6 +180,21 @@ def test_edits_take_what_constructors_take():
         scene.edit({"camera.look_at=0,1,0": 1})
 
 
+@pytest.mark.filterwarnings("ignore:.*nothing in view")
+@pytest.mark.parametrize("number", [0.5, 5e-324, 1e-5, 1e16, 1e300, -0.0, 2, float("nan"), float("inf")])
+def test_numbers_of_both_writers_are_the_same(number):
+    """Python's numbers are written by the module, those of NumPy by its Python code."""
+
+    def edited(value):
+        try:
+            return small().edit({"camera.look_at": value}).digest
+        except trisect.SceneError as error:
+            return error.kind
+
+    numpys = np.int64(number) if isinstance(number, int) else np.float64(number)
+    assert edited((number, 0.0, 0.0)) == edited((numpys, np.float64(0), np.float64(0)))
+
+
 def test_chains_of_edits_stay_short():
     scene = small()
     for share in np.linspace(0.1, 0.9, 300):

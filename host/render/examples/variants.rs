@@ -28,13 +28,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     let threads = arguments.next().map(|threads| threads.parse()).transpose()?;
     let mut animated = AnimatedScene::hello_world(&LoadOptions::default())?;
     let mut renderer = Renderer::new(Cpu::open(threads)?, &animated.set_edits(Vec::new(), 0.0)?)?;
+    let all = count.checked_add(WARM_UP).ok_or("COUNT is too large")?;
     let (mut sum, mut rendering, mut used) = (0.0, 0.0, 0.0);
     let mut start = Instant::now();
-    for step in 0..WARM_UP + count {
+    for step in 0..all {
         if step == WARM_UP {
             (sum, rendering, used, start) = (0.0, 0.0, processor_seconds(), Instant::now());
         }
-        let albedo = f64::from(step) / f64::from(WARM_UP + count);
+        let albedo = f64::from(step) / f64::from(all);
         let edit: FieldEdit = format!("materials.clay.albedo=({albedo}, 0.25, 0.2)").parse()?;
         let scene = animated.set_edits(vec![edit], 0.0)?;
         renderer.update_scene(&scene, None)?;

@@ -81,7 +81,7 @@ mod tests {
         let placed = (0..10_000).take_while(|_| room.place(&mesh, false).is_ok()).count();
         assert_eq!(placed as u64, (100 << 20) / (1000 * TRIANGLE));
         assert!(room.place(&mesh, false).unwrap_err().contains("100 MiB"));
-        let mut room = MemoryBudget { free: Some(SMALL), ..MemoryBudget::default() };
+        let mut room = MemoryBudget { free: Some(64 << 20), ..MemoryBudget::default() };
         let stored = (0..10_000).take_while(|_| room.store(&mesh).is_ok()).count();
         assert!((5_000..6_000).contains(&stored), "{stored}");
     }

@@ -18,7 +18,7 @@ class _Bar:
         self.shown: t.Any = None
 
     def at(self, total: t.Optional[int]) -> t.Any:
-        """Return the bar."""
+        """Return the bar, made on the first call."""
         if self.shown is None:
             self.shown = self.make(total=total)
         return self.shown
