@@ -1,6 +1,6 @@
 //! Fuzz target: scene files. The current folder has small files that they may name: `m.glb`,
-//! `m.obj`, `m.ply`, `m.stl`, `t.png`, `s.hdr`, `g.vol`, and `a.glb`, which has an animation, variants
-//! and instances.
+//! `m.obj`, `m.ply`, `m.stl`, `t.png`, `s.hdr`, `g.vol`, and `a.glb`, which has an animation,
+//! variants and instances.
 
 #![no_main]
 

@@ -21,6 +21,7 @@ mod job;
 mod lab;
 mod layers;
 mod lifecycle;
+mod nested;
 mod observer;
 mod options;
 mod progress_callback;

@@ -177,9 +177,9 @@ fn replacement(before: &ArrayObject, path: &str, value: &Bound<'_, PyAny>) -> Py
     ArrayObject::read(&part, &format!("{path}."))
 }
 
-/// Returns the text of a number or a short tuple of numbers; `None` for other values, and for fields
-/// whose text says more than the numbers. Most edits of loops are these, and a call of Python's
-/// code takes longer than the edit.
+/// Returns the text of a number or a short tuple of numbers; `None` for other values, and for
+/// fields whose text says more than the numbers. Most edits of loops are these, and a call of
+/// Python's code takes longer than the edit.
 fn numbers(path: &str, value: &Bound<'_, PyAny>) -> Option<String> {
     if path == "sky" || path.ends_with("transform") {
         return None;

@@ -62,8 +62,8 @@ pub enum Totals<T: OverChunks> {
 }
 
 impl<T: OverChunks> Totals<T> {
-    /// Returns totals of so many pixels, each of which `of` returns, on all threads if they are more
-    /// than a task.
+    /// Returns totals of so many pixels, each of which `of` returns, on all threads if they are
+    /// more than a task.
     pub(crate) fn of_each(pixels: usize, of: impl Fn(usize) -> T + Send + Sync) -> Self {
         let mut exact = HostRecords::new(pixels);
         if pixels <= TASK {
@@ -118,8 +118,8 @@ impl<T: OverChunks> Totals<T> {
         TotalsIter { totals: self, next: 0 }
     }
 
-    /// Calls `use_totals` with each pixel's totals and its own element of `output`, on all threads if
-    /// they are more than a task. Elements beyond the last pixel stay as they are.
+    /// Calls `use_totals` with each pixel's totals and its own element of `output`, on all threads
+    /// if they are more than a task. Elements beyond the last pixel stay as they are.
     pub fn for_each_with<U: Send>(&self, output: &mut [U], use_totals: impl Fn(&mut U, T) + Send + Sync) {
         if self.is_one_task() {
             return output.iter_mut().zip(self).for_each(|(output, totals)| use_totals(output, totals));

@@ -20,7 +20,7 @@ pub fn lacking(needed: u64) -> Option<u64> {
     GRANTS.lock().unwrap_or_else(PoisonError::into_inner).lacking(needed, Instant::now(), super::available)
 }
 
-/// What was granted.
+/// Requests that were granted.
 struct Grants {
     /// Sum of the requests that were granted without a query.
     small: u64,
