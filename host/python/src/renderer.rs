@@ -240,6 +240,7 @@ impl Renderer {
         let reuse = error::guarded(py, || renderer.update_scene(&records, None))?;
         let before =
             std::mem::replace(&mut *self.scene.lock().unwrap_or_else(PoisonError::into_inner), scene);
+        // The lock is free again before the last reference to a scene may go.
         drop(before);
         let written = PyDict::new(py);
         for array in &reuse.written {

@@ -150,19 +150,52 @@ class CountedBar:
     def set_postfix(self, **values):
         pass
 
+    def set_postfix_str(self, text, refresh):
+        pass
+
+    def write(self, text, file):
+        pass
+
+    def refresh(self):
+        pass
+
     def close(self):
         CountedBar.closed += 1
 
 
-@pytest.mark.parametrize("goal", [{"spp": 400}, {"target_error": "0.3%"}, {"budget": "300ms"}])
-def test_bars_are_closed(monkeypatch, renderer, goal):
+@pytest.fixture
+def counted(monkeypatch):
     tqdm = types.ModuleType("tqdm")
     tqdm.auto = types.SimpleNamespace(tqdm=CountedBar)
     monkeypatch.setitem(sys.modules, "tqdm", tqdm)
     monkeypatch.setitem(sys.modules, "tqdm.auto", tqdm.auto)
-    before = CountedBar.opened
+    monkeypatch.setattr(CountedBar, "opened", 0)
+    monkeypatch.setattr(CountedBar, "closed", 0)
+
+
+@pytest.mark.parametrize("goal", [{"spp": 400}, {"target_error": "0.3%"}, {"budget": "300ms"}])
+def test_bars_are_closed(counted, renderer, goal):
     renderer.render(**goal, width=96, progress=True)
-    assert CountedBar.opened == CountedBar.closed == before + 1
+    assert (CountedBar.opened, CountedBar.closed) == (1, 1)
+
+
+def test_bars_of_measurements_are_closed(counted, tmp_path):
+    scene = trisect.Scene.hello_world()
+    size = dict(width=16, height=16, seeds=4, reference_spp=4, backend="cpu", cache=tmp_path)
+    trisect.tradeoff(scene, knobs="sampler", spp=[1], **size, progress=True)
+    assert (CountedBar.opened, CountedBar.closed) == (1, 1)
+
+
+def test_a_callable_of_the_caller_is_not_closed(counted, renderer):
+    """Negative control: only the module's own bars are closed."""
+    from tqdm.auto import tqdm
+
+    class Own(tqdm):
+        def __call__(self, progress):
+            self.update(1)
+
+    renderer.render(400, width=96, progress=Own())
+    assert (CountedBar.opened, CountedBar.closed) == (1, 0)
 
 
 def test_a_line_of_progress_is_ended(monkeypatch, capfd, renderer):
