@@ -49,6 +49,22 @@ fn the_device_adds_as_the_host(subject: BackendUnderTest) {
             assert!(same(&again.film, &want.film), "{file} again");
             assert_eq!(counts(&again), counts(&want), "{file} again");
         }
+        // The memory of a film serves the next one, which has nothing of it, also in other rows.
+        for settings in [&device, &host] {
+            let film = renderer.render(&Settings { seed: 2, ..settings.clone() }).unwrap().film;
+            let place = |film: &Film| film.pixels.exact().as_ptr();
+            let used = place(&film);
+            renderer.recycle(film);
+            let part = SampleBlock { rows: 3..11, samples: 0..800 };
+            let again = renderer.render_part(settings, &part, &mut ()).unwrap().film;
+            assert_eq!(place(&again), used, "{file}");
+            renderer.recycle(again);
+            let rest = SampleBlock { rows: 0..3, samples: 0..800 };
+            let mut again = renderer.render_part(settings, &rest, &mut ()).unwrap().film;
+            assert_eq!(place(&again), used, "{file}");
+            again.add(&renderer.render_part(settings, &part, &mut ()).unwrap().film).unwrap();
+            assert!(same(&again, &want.film), "{file} in used memory");
+        }
         // Negative control: another seed.
         let other = renderer.render(&Settings { seed: 1, ..device }).unwrap().film;
         assert!(!same(&other, &want.film), "negative control not detected");

@@ -81,7 +81,7 @@ impl<'a> AdaptiveRenderer<'a> {
     /// Starts preparing memory for the film of halves on the device.
     pub fn prepare_film(&mut self) {
         if self.halves.is_on_device() {
-            self.film.1 = Room::prepare(&self.film.0);
+            self.film.1 = Room::prepare(&self.film.0, None);
         }
     }
 

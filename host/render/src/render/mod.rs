@@ -217,8 +217,10 @@ impl Renderer {
         settings.check_part(part)?;
         let start = Instant::now();
         let samples: Vec<Range<u32>> = chunks(part.samples.clone()).collect();
-        // A film of one chunk is the chunk, and has its memory.
-        let mut film = self.empty_film(settings, samples.len() > 1);
+        let mut film = match settings.guides {
+            true => Film::with_aovs(settings.width, settings.height),
+            false => Film::new(settings.width, settings.height),
+        };
         let per_sample = u64::from(settings.width) * part.rows.len() as u64;
         let total = per_sample * part.samples.len() as u64;
         let block = FilmBlock { settings, kernel, rows: &part.rows, chunks: &samples, observer: &() };
@@ -263,19 +265,10 @@ impl Renderer {
         }
     }
 
-    fn empty_film(&mut self, settings: &Settings, with_memory: bool) -> Film {
-        let Settings { width, height, guides, .. } = *settings;
-        let pixels = settings.pixels() as usize;
-        let all = (width, height, pixels, if guides { pixels } else { 0 });
-        let fits = |film: &Film| (film.width, film.height, film.pixels.len(), film.aovs.len()) == all;
-        match self.film.take_if(|_| with_memory).filter(fits) {
-            Some(mut film) => {
-                film.clear();
-                film
-            }
-            None if guides => Film::with_aovs(width, height),
-            None => Film::new(width, height),
-        }
+    /// Returns whether the memory of the film that is no longer needed is what `film` lacks.
+    fn has_memory_for(&self, film: &Film) -> bool {
+        let of = |film: &Film| (film.width, film.height, film.pixels.len(), film.aovs.len());
+        film.is_empty() && film.bytes() == 0 && self.film.as_ref().is_some_and(|spare| of(spare) == of(film))
     }
 
     /// Returns the first hit of one sample of each pixel, row-major.

@@ -8,8 +8,8 @@ use super::submission_queue::Ended;
 use super::{FilmObserver, Renderer, Settings};
 use crate::Error;
 use crate::film::{
-    AovTotals, Film, FilmCounts, FilmError, PixelTotals, RowSet, SampleBlock, SampleCoverage, Summation,
-    Totals,
+    AovTotals, Film, FilmCounts, FilmError, OverChunks, PixelTotals, RowSet, SampleBlock, SampleCoverage,
+    Summation, Totals,
 };
 use std::ops::{ControlFlow, Range};
 use std::thread::JoinHandle;
@@ -59,13 +59,17 @@ struct Unread {
 pub(crate) struct Room(Option<JoinHandle<(Totals<PixelTotals>, Totals<AovTotals>)>>);
 
 impl Room {
-    /// Starts preparing memory for a film that has none.
-    pub fn prepare(film: &Film) -> Self {
+    /// Starts preparing memory for a film that has none: that of `spare`, a film of its size that is
+    /// no longer needed, or fresh memory.
+    pub fn prepare(film: &Film, spare: Option<Film>) -> Self {
         let has_memory = film.pixels.bytes() > 0;
-        let (mut pixels, mut aovs) = (Totals::Empty(film.pixels.len()), Totals::Empty(film.aovs.len()));
+        let (mut pixels, mut aovs) = match spare {
+            Some(Film { pixels, aovs, .. }) => (pixels, aovs),
+            None => (Totals::Empty(film.pixels.len()), Totals::Empty(film.aovs.len())),
+        };
         let work = move || {
-            pixels.exact_mut();
-            aovs.exact_mut();
+            for_fresh_samples(&mut pixels);
+            for_fresh_samples(&mut aovs);
             (pixels, aovs)
         };
         // Without another thread the film's memory is prepared when it is needed.
@@ -85,7 +89,18 @@ impl Room {
     }
 }
 
+/// Gives totals memory, and removes their samples.
+fn for_fresh_samples<T: OverChunks>(totals: &mut Totals<T>) {
+    totals.clear();
+    totals.exact_mut();
+}
+
 impl Renderer {
+    /// Takes the memory of the film that is no longer needed, if `film` can use it.
+    fn take_spare(&mut self, film: &Film) -> Option<Film> {
+        if self.has_memory_for(film) { self.film.take() } else { None }
+    }
+
     /// Returns where the chunks of the last film were added up, and the reason if that is not where
     /// [`Summation::Auto`] would have wanted it.
     pub(crate) fn summed(&self) -> (Summation, Option<String>) {
@@ -110,7 +125,8 @@ impl Renderer {
         let wants_device = wanted.is_by_device(chunks, self.device().info().kind);
         // What the device added is read into a film of its own before it is added to this one.
         let films = 2 * block.settings.pixels() * Film::bytes_per_pixel(block.settings.guides);
-        let needed = films.saturating_sub(film.bytes());
+        let spare = self.film.as_ref().filter(|_| self.has_memory_for(film)).map_or(0, Film::bytes);
+        let needed = films.saturating_sub(film.bytes() + spare);
         if wants_device && wanted == Summation::Auto && memory::lacking(needed).is_some() {
             let needed = memory::display(needed);
             self.summed.1 = Some(format!("the host lacks {needed} of memory to read the device's film"));
@@ -176,7 +192,7 @@ impl Renderer {
         let mut unread =
             Unread { chunks: Vec::new(), since: Instant::now(), coverage: film.coverage.clone() };
         let mut times = PipelineTiming::default();
-        let mut room = Room::prepare(film);
+        let mut room = Room::prepare(film, self.take_spare(film));
         let mut wants_pinned = chunks.len() >= MIN_PINNED_CHUNKS;
         let mut outcome = Ok(());
         self.begin_submissions()?;
@@ -279,6 +295,10 @@ impl Renderer {
         watch: &mut dyn FnMut(u64) -> ControlFlow<()>,
     ) -> Result<PipelineTiming, Error> {
         let FilmBlock { settings, kernel, rows, chunks, observer } = block;
+        if let Some(mut spare) = self.take_spare(film) {
+            spare.clear();
+            *film = spare;
+        }
         let share = RowSet::from(rows.clone());
         let goes_on = || observer.should_continue();
         let job = ChunkJob {
