@@ -59,8 +59,8 @@ struct Unread {
 pub(crate) struct Room(Option<JoinHandle<(Totals<PixelTotals>, Totals<AovTotals>)>>);
 
 impl Room {
-    /// Starts preparing memory for a film that has none: that of `spare`, a film of its size that is
-    /// no longer needed, or fresh memory.
+    /// Starts preparing memory for a film that has none: that of `spare`, a film of its size that
+    /// is no longer needed, or fresh memory.
     pub fn prepare(film: &Film, spare: Option<Film>) -> Self {
         let has_memory = film.pixels.bytes() > 0;
         let (mut pixels, mut aovs) = match spare {
