@@ -11,18 +11,22 @@
 //!
 //! | binding | SPIR-V, set 0 | PTX argument | content |
 //! |---|---|---|---|
-//! | 0 | uniform | by value | [`RenderParams`](trisect_shared::params::RenderParams) |
-//! | 1 to 10 | storage, read | [`SceneLengths`] by value, then pointers | arrays of a [`Scene`] |
-//! | 11 | storage | pointer | `[PixelSums]`, or `[FirstHit]` of `first_hit`; the whole image |
-//! | 12 | storage | pointer | `[Compensation]`, the whole image; for parts of a chunk |
-//! | 13 | storage | pointer | counter of persistent threads, 0 when a launch begins |
-//! | 14 | storage | pointer | `[AovSums]`, the whole image; only used by kernels with `AOVS` |
+//! | 0 | uniform | by value | [`RenderParams`], in SPIR-V in a [`SceneLaunch`] |
+//! | 1 to 5 | storage, read | [`SceneLengths`] by value, then ten pointers | arrays of a [`Scene`] |
+//! | 6 | storage | pointer | `[PixelSums]`, or `[FirstHit]` of `first_hit`; the whole image |
+//! | 7 | storage | pointer | `[Compensation]`, the whole image; for parts of a chunk |
+//! | 8 | storage | pointer | `[AovSums]`, the whole image; only used by kernels with `AOVS` |
+//! | 9 | storage | pointer | counter of persistent threads, 0 when a launch begins; no other kernel binds it |
+//!
+//! PTX takes the counter before the AOV sums.
 //!
 //! A thread serves pixel (x, y) of the launch's share of the rows, in work groups of 8 × 8.
 //! Persistent threads serve the pixels that they take from the counter, in any number of work
 //! groups. All kernels are listed in `docs/reference/kernels.md`.
 //!
+//! [`RenderParams`]: trisect_shared::params::RenderParams
 //! [`Scene`]: trisect_shared::scene::Scene
+//! [`SceneLaunch`]: trisect_shared::scene::SceneLaunch
 //! [`SceneLengths`]: trisect_shared::scene::SceneLengths
 #![cfg_attr(any(target_arch = "spirv", target_arch = "nvptx64"), no_std)]
 #![cfg_attr(target_arch = "nvptx64", feature(abi_ptx, asm_experimental_arch, stdarch_nvptx))]
@@ -238,5 +242,11 @@ mod ptx_text;
 mod ptxas;
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
 pub mod specialise;
+#[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
+#[cfg(feature = "wgsl")]
+mod wgsl;
+#[cfg(feature = "wgsl")]
+pub use wgsl::wgsl;
+
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
 pub use {fast_math::FAST_MATH, feature_names::*, prebuilt::*};

@@ -75,6 +75,12 @@ impl EntryPoint {
         self.reads + self.writes + self.extra
     }
 
+    /// Returns whether the arrays that it only reads are those of a scene, which SPIR-V binds as
+    /// [`SCENE_BINDINGS`] says.
+    pub fn reads_scene(self) -> bool {
+        self.lengths > 0
+    }
+
     /// Returns the threads of a work group, across and down.
     pub fn workgroup(self) -> (u32, u32) {
         workgroup(self.name)
@@ -85,6 +91,16 @@ impl EntryPoint {
         has_any(self.features, some)
     }
 }
+
+/// Arrays of a scene, by index, that share a binding in SPIR-V: WebGPU guarantees eight storage
+/// buffers, and a render kernel without a queue writes three. The first array of a binding begins
+/// its buffer; [`FirstRows`](trisect_shared::scene::FirstRows) has the places of the others.
+/// Materials, of eight rows, are read faster from a buffer of their own (docs/notebook/vulkan.md).
+pub const SCENE_BINDINGS: [&[usize]; 5] = [&[1], &[4, 5], &[8], &[2], &[3, 0, 6, 7, 9]];
+
+/// Index of the counter of a queue among the arrays that a render kernel writes. SPIR-V binds it
+/// last, because a kernel without a queue does not bind it, and wgpu numbers bindings without gaps.
+pub const COUNTER: usize = 2;
 
 /// Bindings of the entry points of one list.
 const fn bindings(params: usize, reads: usize, writes: usize) -> EntryPoint {

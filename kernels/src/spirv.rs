@@ -1,27 +1,20 @@
 //! Entry points for SPIR-V, compiled by rust-gpu.
 
-use spirv_std::glam::UVec3;
+use spirv_std::glam::{UVec3, UVec4};
 use spirv_std::spirv;
 use trisect_shared::aovs::AovSums;
-use trisect_shared::attributes::MeshVertex;
-use trisect_shared::buffer::{load, store};
+use trisect_shared::buffer::{RecordSlice, load, store};
 use trisect_shared::buffer_layout::Packed;
 use trisect_shared::bvh::BvhNode;
 use trisect_shared::denoise::{self, DenoiseParams, FilteredPixel, GBufferTexel, HistoryPixel};
 use trisect_shared::display::{self, DisplayParams};
-use trisect_shared::environment::EnvironmentTexel;
 use trisect_shared::features::{FeatureSet, OF_GPUS, OF_GPUS_WITHOUT_RARE};
 use trisect_shared::film::{Compensation, PixelSums};
-use trisect_shared::light::Light;
 use trisect_shared::material::Material;
-use trisect_shared::params::RenderParams;
 use trisect_shared::path::{self, FirstHit};
-use trisect_shared::planar::Planar;
-use trisect_shared::scene::Scene;
-use trisect_shared::sphere::Sphere;
-use trisect_shared::texture::{Texel, Texture};
+use trisect_shared::scene::{Scene, SceneLaunch};
+use trisect_shared::texture::Texel;
 use trisect_shared::totals::{self, TotalsParams};
-use trisect_shared::triangle::Triangle;
 
 /// Defines a render entry point: `$body` gets the words of the features, the launch record, the
 /// scene, the pixel, the output's buffer, the compensations, the counter and the AOV sums.
@@ -34,29 +27,34 @@ macro_rules! entry_point {
             #[spirv(global_invocation_id)] id: UVec3,
             #[spirv(spec_constant(id = 0, default = 0))] $low: u32,
             #[spirv(spec_constant(id = 1, default = 0))] $high: u32,
-            #[spirv(uniform, descriptor_set = 0, binding = 0)] $params: &RenderParams,
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] spheres: &[Packed<Sphere>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] nodes: &[Packed<BvhNode>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] materials: &[Packed<Material>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] planars: &[Packed<Planar>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] triangles: &[Packed<Triangle>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] vertices: &[Packed<MeshVertex>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 7)] lights: &[Packed<Light>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 8)] textures: &[Packed<Texture>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 9)] texels: &[Packed<Texel>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 10)] environment: &[Packed<EnvironmentTexel>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 11)] $output: &mut [Packed<$record>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 12)] $compensations: &mut [Packed<Compensation>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 13)] $counter: &mut [u32],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 14)] $aovs: &mut [Packed<AovSums>],
+            #[spirv(uniform, descriptor_set = 0, binding = 0)] launch: &SceneLaunch,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] nodes: &[Packed<BvhNode>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] mesh: &[UVec4],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] texels: &[Packed<Texel>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] materials: &[Packed<Material>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] others: &[UVec4],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] $output: &mut [Packed<$record>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 7)] $compensations: &mut [Packed<Compensation>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 9)] $counter: &mut [u32],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 8)] $aovs: &mut [Packed<AovSums>],
         ) {
+            let ($params, first) = (&launch.params, &launch.first_rows);
             // Persistent threads take their pixels from the counter.
             if !$persistent && (id.x >= $params.width || id.y >= $params.rows) {
                 return;
             }
             let ($x, $y) = (id.x, $params.row(id.y));
             let $scene = Scene {
-                spheres, nodes, materials, planars, triangles, vertices, lights, textures, texels, environment,
+                spheres: RecordSlice::new(others, first.spheres),
+                nodes,
+                materials,
+                planars: RecordSlice::new(others, 0),
+                triangles: RecordSlice::new(mesh, 0),
+                vertices: RecordSlice::new(mesh, first.vertices),
+                lights: RecordSlice::new(others, first.lights),
+                textures: RecordSlice::new(others, first.textures),
+                texels,
+                environment: RecordSlice::new(others, first.environment),
             };
             $body
         }

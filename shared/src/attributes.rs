@@ -1,8 +1,7 @@
 //! Vertices of meshes: normals and texture coordinates, and for some meshes further attributes:
 //! tangents, colours, and a second set of texture coordinates.
 
-use crate::buffer::load;
-use crate::buffer_layout::Packed;
+use crate::buffer::{RecordSlice, load_other_record, load_record};
 use crate::math::{from_half, normalize};
 pub use crate::records::attributes::{MeshVertex, VertexAttributes};
 use crate::records::texture::Texel;
@@ -52,13 +51,13 @@ impl TriangleVertices {
     /// The triangle's vertices are in range.
     #[inline(always)]
     #[allow(unsafe_code, reason = "see buffer")]
-    pub unsafe fn load(vertices: &[Packed<MeshVertex>], of: &Triangle) -> Self {
+    pub unsafe fn load(vertices: RecordSlice<'_, MeshVertex>, of: &Triangle) -> Self {
         // SAFETY: the caller's promise.
         unsafe {
             Self {
-                a: load::<MeshVertex>(vertices, of.vertex_a),
-                b: load::<MeshVertex>(vertices, of.vertex_b),
-                c: load::<MeshVertex>(vertices, of.vertex_c),
+                a: load_record::<MeshVertex>(vertices, of.vertex_a),
+                b: load_record::<MeshVertex>(vertices, of.vertex_b),
+                c: load_record::<MeshVertex>(vertices, of.vertex_c),
             }
         }
     }
@@ -91,7 +90,7 @@ impl TriangleVertices {
     #[allow(unsafe_code, reason = "see buffer")]
     pub unsafe fn attributes(
         &self,
-        vertices: &[Packed<MeshVertex>],
+        vertices: RecordSlice<'_, MeshVertex>,
         a: f32,
         b: f32,
         c: f32,
@@ -126,14 +125,9 @@ impl TriangleVertices {
 /// `index < vertices.len()`.
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
-unsafe fn load_attributes(vertices: &[Packed<MeshVertex>], index: u32) -> VertexAttributes {
+unsafe fn load_attributes(vertices: RecordSlice<'_, MeshVertex>, index: u32) -> VertexAttributes {
     // SAFETY: the caller's promise.
-    #[cfg(target_arch = "spirv")]
-    let attributes = unsafe { load::<VertexAttributes>(vertices, index) };
-    // SAFETY: the caller's promise.
-    #[cfg(not(target_arch = "spirv"))]
-    let attributes = bytemuck::cast(unsafe { load::<MeshVertex>(vertices, index) });
-    attributes
+    unsafe { load_other_record(vertices, index) }
 }
 
 #[inline(always)]

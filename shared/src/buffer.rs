@@ -27,6 +27,8 @@
 use crate::buffer_layout::{Packable, PackableMut, Packed};
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
 use bytemuck::Pod;
+#[cfg(not(target_arch = "spirv"))]
+use bytemuck::{AnyBitPattern, NoUninit};
 use core::mem::MaybeUninit;
 
 /// Returns `slice[index]` by value.
@@ -39,6 +41,28 @@ pub unsafe fn load<T: Packable>(slice: &[Packed<T>], index: u32) -> T {
     debug_assert!((index as usize) < slice.len());
     // SAFETY: the caller's promise.
     T::unpack(unsafe { *slice.get_unchecked(index as usize) })
+}
+
+/// Array of a scene's records. In SPIR-V it is a part of a buffer that other arrays share, because
+/// WebGPU has few bindings.
+#[cfg(not(target_arch = "spirv"))]
+pub type RecordSlice<'a, T> = &'a [T];
+
+#[cfg(target_arch = "spirv")]
+pub use spirv::{RecordSlice, load_other, load_other_record, load_record};
+#[cfg(not(target_arch = "spirv"))]
+pub use {load as load_record, load_other as load_other_record};
+
+/// Returns the record of another type that stands at `index`.
+///
+/// # Safety
+///
+/// That of [`load`]; the host put such a record there.
+#[cfg(not(target_arch = "spirv"))]
+#[inline(always)]
+pub unsafe fn load_other<T: NoUninit, U: AnyBitPattern>(slice: &[T], index: u32) -> U {
+    // SAFETY: the caller's promise.
+    bytemuck::cast(unsafe { load::<T>(slice, index) })
 }
 
 /// Returns `slice[index]` by reference, for records of which a traversal reads a few rows.
@@ -174,3 +198,64 @@ pub unsafe fn store_shared<T: Copy>(slots: &mut SharedSlice<T>, index: u32, valu
 
 #[cfg(target_arch = "spirv")]
 pub use {load as load_shared, store as store_shared};
+
+#[cfg(target_arch = "spirv")]
+mod spirv {
+    use crate::buffer_layout::{Packable, Packed, ReadRows};
+    use core::marker::PhantomData;
+    use glam::UVec4;
+
+    /// Array of a scene's records, which is part of a buffer.
+    #[derive(Clone, Copy)]
+    pub struct RecordSlice<'a, T> {
+        /// Rows of the buffer.
+        rows: &'a [UVec4],
+        /// Index of the array's first row.
+        first: u32,
+        of: PhantomData<T>,
+    }
+
+    impl<'a, T> RecordSlice<'a, T> {
+        /// Returns the array that begins at this row.
+        #[inline(always)]
+        pub fn new(rows: &'a [UVec4], first: u32) -> Self {
+            Self { rows, first, of: PhantomData }
+        }
+    }
+
+    /// Returns record `index`.
+    ///
+    /// # Safety
+    ///
+    /// The array has such a record.
+    #[inline(always)]
+    pub unsafe fn load_record<T: Packable<Rows: ReadRows>>(records: RecordSlice<'_, T>, index: u32) -> T {
+        // SAFETY: the caller's promise.
+        T::unpack(unsafe { Packed::<T>::read(records.rows, records.first + index * Packed::<T>::COUNT) })
+    }
+
+    /// Returns the record of another type, with as many rows, that stands at `index`.
+    ///
+    /// # Safety
+    ///
+    /// That of [`load`](super::load); the host put such a record there.
+    #[inline(always)]
+    pub unsafe fn load_other<T: Packable, U: Packable<Rows = T::Rows>>(slice: &[Packed<T>], index: u32) -> U {
+        // SAFETY: the caller's promise.
+        unsafe { super::load::<U>(slice, index) }
+    }
+
+    /// Returns the record of another type that stands at `index`.
+    ///
+    /// # Safety
+    ///
+    /// That of [`load_record`]; the host put such a record there.
+    #[inline(always)]
+    pub unsafe fn load_other_record<T, U: Packable<Rows: ReadRows>>(
+        records: RecordSlice<'_, T>,
+        index: u32,
+    ) -> U {
+        // SAFETY: the caller's promise.
+        unsafe { load_record(RecordSlice::<U>::new(records.rows, records.first), index) }
+    }
+}

@@ -41,6 +41,10 @@ impl<T: Copy> PackableMut for T {
 }
 
 #[cfg(target_arch = "spirv")]
+pub use spirv::ReadRows;
+
+#[cfg(target_arch = "spirv")]
+#[allow(unsafe_code, reason = "see buffer")]
 mod spirv {
     use super::{Packable, PackableMut};
     use crate::bvh::BvhNode;
@@ -61,6 +65,18 @@ mod spirv {
     use crate::triangle::Triangle;
     use glam::{UVec2, UVec4, Vec3, Vec4};
 
+    /// Rows that a buffer of single rows holds, too.
+    pub trait ReadRows: Copy {
+        /// Number of rows.
+        const COUNT: u32;
+        /// Returns the rows from `first` on.
+        ///
+        /// # Safety
+        ///
+        /// The buffer has these rows.
+        unsafe fn read(rows: &[UVec4], first: u32) -> Self;
+    }
+
     macro_rules! rows {
         ($($name:ident $bytes:literal: $($row:ident)*,)*) => {$(
             #[doc = concat!("A record of ", $bytes, " bytes.")]
@@ -69,16 +85,31 @@ mod spirv {
             pub struct $name {
                 $(#[doc = "Its next row."] pub $row: UVec4,)*
             }
+
+            impl ReadRows for $name {
+                const COUNT: u32 = $bytes / 16;
+                #[inline(always)]
+                unsafe fn read(rows: &[UVec4], first: u32) -> Self {
+                    let mut next = first as usize;
+                    $(
+                        // SAFETY: the caller's promise.
+                        let $row = unsafe { *rows.get_unchecked(next) };
+                        next += 1;
+                    )*
+                    let _ = next;
+                    Self { $($row,)* }
+                }
+            }
         )*};
     }
 
     rows! {
-        Rows1 "16": a,
-        Rows2 "32": a b,
-        Rows3 "48": a b c,
-        Rows4 "64": a b c d,
-        Rows6 "96": a b c d e f,
-        Rows8 "128": a b c d e f g h,
+        Rows1 16: a,
+        Rows2 32: a b,
+        Rows3 48: a b c,
+        Rows4 64: a b c d,
+        Rows6 96: a b c d e f,
+        Rows8 128: a b c d e f g h,
     }
 
     #[inline(always)]

@@ -1,7 +1,7 @@
 //! Change of the shading normal along a surface, which refracted connections follow.
 
 use crate::attributes::TriangleVertices;
-use crate::buffer::load;
+use crate::buffer::load_record;
 use crate::bvh::Hit;
 use crate::features::{FeatureSet, Features, SMOOTH};
 use crate::instance::{self, transposed};
@@ -81,7 +81,7 @@ impl Curvature {
             }
         } else if !is_planar(features, params, hit.primitive) {
             // SAFETY: the caller's promise.
-            let sphere = unsafe { load::<Sphere>(scene.spheres, hit.primitive) };
+            let sphere = unsafe { load_record::<Sphere>(scene.spheres, hit.primitive) };
             curvature.inverse_radius = 1.0 / sphere.radius;
         }
         curvature
@@ -97,7 +97,7 @@ impl Curvature {
     unsafe fn of_triangle(scene: Scene, index: u32) -> Self {
         // SAFETY: the caller's promise; the indices of vertices are in range.
         let (triangle, vertices) = unsafe {
-            let triangle = load::<Triangle>(scene.triangles, index);
+            let triangle = load_record::<Triangle>(scene.triangles, index);
             (triangle, TriangleVertices::load(scene.vertices, &triangle))
         };
         let (b, c) = (triangle.b - triangle.a, triangle.c - triangle.a);

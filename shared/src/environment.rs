@@ -2,7 +2,7 @@
 //!
 //! [`crate::light`] samples it; [`crate::path`] looks up rays that hit nothing.
 
-use crate::buffer::load;
+use crate::buffer::load_record;
 use crate::math::{atan2_turns, cos_sin_turns, floor, min, mul_high, sqrt, unit_f32};
 use crate::params::RenderParams;
 pub use crate::records::environment::EnvironmentTexel;
@@ -78,7 +78,7 @@ unsafe fn texel(params: &RenderParams, scene: Scene, i: i32, j: i32) -> Vec3 {
         j
     };
     // SAFETY: the texel is inside the map.
-    unsafe { load::<EnvironmentTexel>(scene.environment, (j * width + i) as u32).radiance }
+    unsafe { load_record::<EnvironmentTexel>(scene.environment, (j * width + i) as u32).radiance }
 }
 
 /// Returns the pdf per steradian for a texel's `pdf` over the map: latitude and longitude cover 2π²
@@ -105,7 +105,7 @@ pub unsafe fn radiance(params: &RenderParams, scene: Scene, d: Vec3) -> Environm
     let row = min(y, (height - 1) as f32) as u32;
     // SAFETY: the caller's promise; column and row are inside.
     unsafe {
-        let pdf = load::<EnvironmentTexel>(scene.environment, row * width + column).pdf;
+        let pdf = load_record::<EnvironmentTexel>(scene.environment, row * width + column).pdf;
         EnvironmentSample {
             direction: d,
             radiance: interpolate(params, scene, x, y),
@@ -127,11 +127,11 @@ pub unsafe fn sample(params: &RenderParams, scene: Scene, random: Words) -> Envi
     let mut index = mul_high(random.z, width * params.environment_height);
     // SAFETY: the caller's promise for the index and the alias.
     let pdf = unsafe {
-        let texel = load::<EnvironmentTexel>(scene.environment, index);
+        let texel = load_record::<EnvironmentTexel>(scene.environment, index);
         if random.w >= texel.threshold {
             index = texel.alias;
         }
-        load::<EnvironmentTexel>(scene.environment, index).pdf
+        load_record::<EnvironmentTexel>(scene.environment, index).pdf
     };
     let row = index / width.max(1); // spares a check for division by zero
     let column = index - row * width;

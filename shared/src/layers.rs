@@ -1,5 +1,6 @@
 //! Layers of materials: loaded from the array of materials, in which they stand.
 
+use crate::buffer::load_other;
 use crate::buffer_layout::Packed;
 use crate::material::Material;
 pub use crate::records::layers::{GLOSSINESS, LayerTextures, MaterialLayers, SOLID};
@@ -13,12 +14,7 @@ pub use crate::records::layers::{GLOSSINESS, LayerTextures, MaterialLayers, SOLI
 #[allow(unsafe_code, reason = "see buffer")]
 pub unsafe fn load_layers(materials: &[Packed<Material>], index: u32) -> MaterialLayers {
     // SAFETY: the caller's promise.
-    #[cfg(target_arch = "spirv")]
-    let layers = unsafe { crate::buffer::load::<MaterialLayers>(materials, index) };
-    // SAFETY: the caller's promise.
-    #[cfg(not(target_arch = "spirv"))]
-    let layers = bytemuck::cast(unsafe { crate::buffer::load::<Material>(materials, index) });
-    layers
+    unsafe { load_other::<Material, _>(materials, index) }
 }
 
 /// Returns the textures of the layers that stand at `index` of the array of materials.
@@ -30,10 +26,5 @@ pub unsafe fn load_layers(materials: &[Packed<Material>], index: u32) -> Materia
 #[allow(unsafe_code, reason = "see buffer")]
 pub unsafe fn load_layer_textures(materials: &[Packed<Material>], index: u32) -> LayerTextures {
     // SAFETY: the caller's promise.
-    #[cfg(target_arch = "spirv")]
-    let textures = unsafe { crate::buffer::load::<LayerTextures>(materials, index) };
-    // SAFETY: the caller's promise.
-    #[cfg(not(target_arch = "spirv"))]
-    let textures = bytemuck::cast(unsafe { crate::buffer::load::<Material>(materials, index) });
-    textures
+    unsafe { load_other::<Material, _>(materials, index) }
 }

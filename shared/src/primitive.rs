@@ -1,6 +1,6 @@
 //! Intersection of a ray with one primitive of any kind, and the order of hits. Traversals call it.
 
-use crate::buffer::load;
+use crate::buffer::load_record;
 #[cfg(doc)]
 use crate::bvh::NO_PRIMITIVE;
 use crate::features::{FeatureSet, Features, PLANAR, SPHERES, TRIANGLES};
@@ -50,18 +50,18 @@ pub unsafe fn distance<const POSSIBLE: Features>(
     let is_origin = ray.origin_primitive.is_on(index);
     if is_triangle(features, params, index) {
         // SAFETY: the caller's promise for each child's index.
-        let triangle = unsafe { load::<Triangle>(scene.triangles, index - params.first_triangle) };
+        let triangle = unsafe { load_record::<Triangle>(scene.triangles, index - params.first_triangle) };
         let t = triangle.hit(ray.origin, shear).distance;
         return if is_origin { MISS } else { t };
     }
     if is_planar(features, params, index) {
         // SAFETY: as above.
-        let planar = unsafe { load::<Planar>(scene.planars, index - params.first_planar) };
+        let planar = unsafe { load_record::<Planar>(scene.planars, index - params.first_planar) };
         let t = planar.distance(ray.origin, ray.direction);
         return if is_origin { MISS } else { t };
     }
     // SAFETY: as above.
-    let sphere = unsafe { load::<Sphere>(scene.spheres, index) };
+    let sphere = unsafe { load_record::<Sphere>(scene.spheres, index) };
     sphere.distance(ray.origin, ray.direction, is_origin, ray.origin_primitive)
 }
 

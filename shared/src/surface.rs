@@ -2,7 +2,7 @@
 //! paths.
 
 use crate::attributes::{SurfaceAttributes, TriangleVertices};
-use crate::buffer::load;
+use crate::buffer::load_record;
 use crate::bvh::Hit;
 use crate::features::{ATTRIBUTES, FeatureSet, Features, NORMAL_MAPS, SMOOTH, TEXTURES};
 use crate::instance::{self, InstanceEntry, linear, offset, transposed};
@@ -80,7 +80,7 @@ pub unsafe fn at<const POSSIBLE: Features>(
     }
     if is_planar(features, params, index) {
         // SAFETY: the caller's promise.
-        let planar = unsafe { load::<Planar>(scene.planars, index - params.first_planar) };
+        let planar = unsafe { load_record::<Planar>(scene.planars, index - params.first_planar) };
         let (u, v) = planar.coordinates(ray.origin + ray.direction * hit.distance);
         let (along_u, along_v) = (planar.edge_u * u, planar.edge_v * v);
         let size = planar.origin.abs() + along_u.abs() + along_v.abs();
@@ -99,7 +99,7 @@ pub unsafe fn at<const POSSIBLE: Features>(
         };
     }
     // SAFETY: the caller's promise.
-    let sphere = unsafe { load::<Sphere>(scene.spheres, index) };
+    let sphere = unsafe { load_record::<Sphere>(scene.spheres, index) };
     let (normal, point) = sphere.project(ray.origin + ray.direction * hit.distance, ray.direction);
     let (mut u, mut v) = (0.0, 0.0);
     if features.has::<TEXTURES>() {
@@ -159,7 +159,7 @@ unsafe fn triangle<const POSSIBLE: Features>(
     index: u32,
 ) -> (Surface, Vec3) {
     // SAFETY: the caller's promise.
-    let triangle = unsafe { load::<Triangle>(scene.triangles, index) };
+    let triangle = unsafe { load_record::<Triangle>(scene.triangles, index) };
     // SAFETY: the caller's promise.
     let vertices = unsafe { TriangleVertices::load(scene.vertices, &triangle) };
     // Intersected again: cheaper than carrying the weights through the traversal.

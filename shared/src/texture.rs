@@ -2,7 +2,7 @@
 //!
 //! Called by BSDFs, lights and paths; the host decodes images to texels.
 
-use crate::buffer::load;
+use crate::buffer::{load, load_record};
 use crate::math::floor;
 pub use crate::records::texture::{CLAMP, MIRROR, NEAREST, NO_TEXTURE, REPEAT, SECOND_SET, Texel, Texture};
 use crate::scene::Scene;
@@ -37,7 +37,7 @@ fn wrap(i: i32, size: u32, mode: u32) -> u32 {
 #[allow(unsafe_code, reason = "see buffer")]
 pub unsafe fn sample(scene: Scene, index: u32, u: f32, v: f32) -> Vec4 {
     // SAFETY: the caller's promise.
-    unsafe { filter(scene, load::<Texture>(scene.textures, index), u, v) }
+    unsafe { filter(scene, load_record::<Texture>(scene.textures, index), u, v) }
 }
 
 /// Returns the four channels of texture `t` at (`u`, `v`) of the surface.

@@ -155,19 +155,19 @@ fn an_edit_of_a_material_writes_no_mesh() {
         assert!(first.vertices.len() > 81);
         let wide = ["wide BVH", "wide BVH", "packets of spheres", "packets of triangles"];
         let of_trees = if traversal == Traversal::Wide { &wide[..] } else { &[] };
-        let moved = [&["spheres", "BVH"], of_trees].concat();
+        let moved = [&["BVH", "spheres"], of_trees].concat();
         let mesh_moved = [&["BVH", "triangles"], of_trees].concat();
         let mesh_turned = [&["BVH", "triangles", "normals and texture coordinates"], of_trees].concat();
         for (change, want) in [
             ("materials.stone.albedo=0.1,0.8,0.2", vec!["materials"]),
             ("materials.clay=Emissive(radiance: (4, 3, 2))", vec!["materials", "lights"]),
-            ("objects.ball.material=floor", vec!["spheres", "materials", "lights"]),
+            ("objects.ball.material=floor", vec!["materials", "spheres", "lights"]),
             ("sky.radiance=1,1,1", vec![]),
             ("camera.vertical_fov=30", vec![]),
             ("image.samples=5", vec![]),
             ("objects.0.material=floor", vec!["normals and texture coordinates"]),
             // Negative controls: what moves is written, and the trees over it.
-            ("objects.ball.material=clay", vec!["spheres", "materials", "lights"]),
+            ("objects.ball.material=clay", vec!["materials", "spheres", "lights"]),
             ("objects.ball.center=1,0.6,0", moved),
             ("objects.0.transform=[Translate((0, 0.1, 0)), RotateY(3)]", mesh_moved),
             ("objects.hill.transform=[RotateX(9), Translate((0, -0.4, -2))]", mesh_turned),

@@ -34,7 +34,7 @@ fn small(scene: &Scene) -> Settings {
 fn has_exact_divisions(subject: BackendUnderTest, renderer: &Renderer) -> bool {
     match subject {
         BackendUnderTest::Cpu | BackendUnderTest::Cuda => true,
-        BackendUnderTest::Wgpu | BackendUnderTest::WgpuNaga => {
+        BackendUnderTest::Wgpu | BackendUnderTest::WgpuNaga | BackendUnderTest::WgpuWgsl => {
             renderer.device().info().kind == DeviceKind::SoftwareGpu
         }
     }

@@ -11,7 +11,7 @@ fn the_named_backend_is_opened(subject: BackendUnderTest) {
     }
     let choice = match subject {
         BackendUnderTest::Cpu => Choice::Cpu,
-        BackendUnderTest::Wgpu | BackendUnderTest::WgpuNaga => Choice::Wgpu,
+        BackendUnderTest::Wgpu | BackendUnderTest::WgpuNaga | BackendUnderTest::WgpuWgsl => Choice::Wgpu,
         BackendUnderTest::Cuda => Choice::Cuda,
     };
     let selection = open(choice, Some(0), None).unwrap();

@@ -45,6 +45,8 @@ pub enum BackendUnderTest {
     Wgpu,
     /// wgpu with kernels that naga translates.
     WgpuNaga,
+    /// wgpu with kernels in WGSL, as browsers get them.
+    WgpuWgsl,
     /// CUDA.
     Cuda,
 }
@@ -54,7 +56,7 @@ impl BackendUnderTest {
     pub fn name(self) -> &'static str {
         match self {
             Self::Cpu => "cpu",
-            Self::Wgpu | Self::WgpuNaga => "wgpu",
+            Self::Wgpu | Self::WgpuNaga | Self::WgpuWgsl => "wgpu",
             Self::Cuda => "cuda",
         }
     }
@@ -65,6 +67,7 @@ impl BackendUnderTest {
             Self::Cpu => Ok(Box::new(Cpu::open(None)?)),
             Self::Wgpu => wgpu(Route::PassThrough),
             Self::WgpuNaga => wgpu(Route::Naga),
+            Self::WgpuWgsl => wgpu(Route::Wgsl),
             Self::Cuda => Ok(Box::new(Cuda::open(None)?)),
         }
     }
@@ -138,6 +141,25 @@ macro_rules! for_each_route {
             fn wgpu() { super::$test($crate::BackendUnderTest::Wgpu); }
             #[test]
             fn wgpu_naga() { super::$test($crate::BackendUnderTest::WgpuNaga); }
+            #[test]
+            fn cuda() { super::$test($crate::BackendUnderTest::Cuda); }
+        }
+    )*};
+}
+
+/// Instantiates a test [for each route](crate::for_each_route), and for wgpu with WGSL.
+#[macro_export]
+macro_rules! for_each_translation {
+    ($($test:ident),* $(,)?) => {$(
+        mod $test {
+            #[test]
+            fn cpu() { super::$test($crate::BackendUnderTest::Cpu); }
+            #[test]
+            fn wgpu() { super::$test($crate::BackendUnderTest::Wgpu); }
+            #[test]
+            fn wgpu_naga() { super::$test($crate::BackendUnderTest::WgpuNaga); }
+            #[test]
+            fn wgpu_wgsl() { super::$test($crate::BackendUnderTest::WgpuWgsl); }
             #[test]
             fn cuda() { super::$test($crate::BackendUnderTest::Cuda); }
         }

@@ -29,7 +29,7 @@ fn device(subject: BackendUnderTest) -> Option<&'static DeviceInfo> {
     static DEVICES: [OnceLock<Option<DeviceInfo>>; 3] = [const { OnceLock::new() }; 3];
     let (slot, find): (usize, fn() -> Option<DeviceInfo>) = match subject {
         BackendUnderTest::Cpu => (0, || Some(cpu::describe(1))),
-        BackendUnderTest::Wgpu | BackendUnderTest::WgpuNaga => (1, || {
+        BackendUnderTest::Wgpu | BackendUnderTest::WgpuNaga | BackendUnderTest::WgpuWgsl => (1, || {
             let devices = wgpu::devices().ok()?;
             let named = std::env::var("TRISECT_WGPU_DEVICE").ok().and_then(|index| index.parse().ok());
             let hardware = || devices.iter().position(|device| device.kind == DeviceKind::Gpu);
@@ -42,10 +42,11 @@ fn device(subject: BackendUnderTest) -> Option<&'static DeviceInfo> {
 }
 
 impl BackendUnderTest {
-    /// Returns its name in reports, which distinguishes the two routes of wgpu.
+    /// Returns its name in reports, which distinguishes the routes of wgpu.
     pub fn label(self) -> &'static str {
         match self {
             Self::WgpuNaga => "wgpu-naga",
+            Self::WgpuWgsl => "wgpu-wgsl",
             other => other.name(),
         }
     }

@@ -74,6 +74,14 @@ impl Device for ReusedDevice {
         self.inner_mut().upload(bytes, what)
     }
 
+    fn joins_arrays(&self) -> bool {
+        self.inner().joins_arrays()
+    }
+
+    fn allocate_joined(&mut self, bytes: &[u64], what: &'static str) -> Result<Vec<Buffer>, BackendError> {
+        self.inner_mut().allocate_joined(bytes, what)
+    }
+
     fn adopt(&mut self, records: &LentRecords) -> Option<Buffer> {
         self.inner_mut().adopt(records)
     }

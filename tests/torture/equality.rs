@@ -12,7 +12,7 @@ use trisect_shared::math::unit_sphere;
 use trisect_shared::rng::PathKey;
 use trisect_tests::renders::{cpu, differing, film, independent, scene_files};
 use trisect_tests::report::{Outcome, report};
-use trisect_tests::{BackendUnderTest, for_each_route};
+use trisect_tests::{BackendUnderTest, for_each_translation};
 
 /// Returns the first line of precise PTX that holds a forbidden instruction: contraction,
 /// approximation, flushing of denormals, or a call of an external function, which no driver has.
@@ -182,4 +182,4 @@ fn t19_functions(subject: BackendUnderTest) {
     println!("{all}");
 }
 
-for_each_route!(t19_t20_bits, t19_functions);
+for_each_translation!(t19_t20_bits, t19_functions);

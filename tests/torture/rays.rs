@@ -11,7 +11,7 @@ use trisect_shared::math::{basis, unit_f32, unit_sphere};
 use trisect_tests::probe::{ProbeScene, Prober};
 use trisect_tests::report::{Outcome, report};
 use trisect_tests::ulp::error;
-use trisect_tests::{BackendUnderTest, for_each_route};
+use trisect_tests::{BackendUnderTest, for_each_route, for_each_translation};
 
 /// Returns a number from -1 to 1.
 fn signed(bits: u32) -> f32 {
@@ -275,4 +275,5 @@ fn t24_thin_slabs(subject: BackendUnderTest) {
     );
 }
 
-for_each_route!(t09_brute_force, t24_thin_slabs, t25_tiny_components);
+for_each_translation!(t09_brute_force);
+for_each_route!(t24_thin_slabs, t25_tiny_components);

@@ -108,6 +108,21 @@ pub trait Device: Send {
         None
     }
 
+    /// Returns whether a kernel reads several arrays of a scene from one buffer, so that they are
+    /// [allocated together](Self::allocate_joined).
+    fn joins_arrays(&self) -> bool {
+        false
+    }
+
+    /// Allocates memory for arrays of so many bytes that a kernel may read from one buffer.
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`allocate`](Self::allocate).
+    fn allocate_joined(&mut self, bytes: &[u64], what: &'static str) -> Result<Vec<Buffer>, BackendError> {
+        bytes.iter().map(|&bytes| self.allocate(bytes, what)).collect()
+    }
+
     /// Copies `bytes` to a buffer, from its byte `first` on; both are multiples of 4.
     ///
     /// # Errors

@@ -2,7 +2,7 @@
 
 use super::is_layered;
 use crate::attributes::SurfaceAttributes;
-use crate::buffer::load;
+use crate::buffer::{load, load_record};
 use crate::features::{ATTRIBUTES, FeatureSet, Features, HOLES, NORMAL_MAPS, TEXTURES};
 use crate::layers::{GLOSSINESS, LayerTextures, MaterialLayers, load_layer_textures, load_layers};
 use crate::material::{BLENDED, MASKED, Material, UNLIT};
@@ -104,7 +104,7 @@ pub unsafe fn load_material<const POSSIBLE: Features>(
             let skipped = layered && slot == NORMAL && !features.has::<NORMAL_MAPS>();
             if wanted & slot != 0 && texture != NO_TEXTURE && !skipped {
                 // SAFETY: the caller's promise.
-                let t = unsafe { load::<Texture>(scene.textures, texture) };
+                let t = unsafe { load_record::<Texture>(scene.textures, texture) };
                 let (mut u, mut v) = (at.u, at.v);
                 if features.has::<ATTRIBUTES>() && t.flags & SECOND_SET != 0 {
                     (u, v) = (at.attributes.u, at.attributes.v);

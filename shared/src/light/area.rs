@@ -3,7 +3,7 @@
 use super::{Light, LightSample, NO_LIGHT, ReferencePoint};
 use crate::attributes::{SurfaceAttributes, TriangleVertices};
 use crate::bsdf::{TexturePoint, load_material, opacity, slots};
-use crate::buffer::load;
+use crate::buffer::load_record;
 use crate::features::{ATTRIBUTES, FeatureSet, Features, HOLES, LIGHT_TREE, TEXTURES};
 use crate::math::{atan2_turns, basis, max, sqrt, unit_circle, unit_f32, unit_sphere};
 use crate::params::RenderParams;
@@ -52,7 +52,7 @@ pub(super) unsafe fn sample<const POSSIBLE: Features>(
     if is_triangle(features, params, primitive) {
         let index = primitive - params.first_triangle;
         // SAFETY: the caller's promise.
-        let triangle = unsafe { load::<Triangle>(scene.triangles, index) };
+        let triangle = unsafe { load_record::<Triangle>(scene.triangles, index) };
         // Uniform by area (Turk, Graphics Gems, 1990).
         let root = sqrt(u);
         let (a, b) = (1.0 - root, root * (1.0 - v));
@@ -72,7 +72,7 @@ pub(super) unsafe fn sample<const POSSIBLE: Features>(
         }
     } else if is_planar(features, params, primitive) {
         // SAFETY: the caller's promise.
-        let planar = unsafe { load::<Planar>(scene.planars, primitive - params.first_planar) };
+        let planar = unsafe { load_record::<Planar>(scene.planars, primitive - params.first_planar) };
         let (mut across, mut down) = (u, v);
         if planar.kind == crate::planar::DISC {
             let radius = sqrt(u);
@@ -87,7 +87,7 @@ pub(super) unsafe fn sample<const POSSIBLE: Features>(
         material = planar.material;
     } else {
         // SAFETY: the caller's promise.
-        let sphere = unsafe { load::<Sphere>(scene.spheres, primitive) };
+        let sphere = unsafe { load_record::<Sphere>(scene.spheres, primitive) };
         let half_cone = sphere_cone(&sphere, primitive, from);
         material = sphere.material;
         if half_cone > 0.0 {
@@ -166,7 +166,7 @@ pub(super) unsafe fn pdf<const POSSIBLE: Features>(
 ) -> f32 {
     if !is_triangle(features, params, primitive) && !is_planar(features, params, primitive) {
         // SAFETY: the caller's promise.
-        let sphere = unsafe { load::<Sphere>(scene.spheres, primitive) };
+        let sphere = unsafe { load_record::<Sphere>(scene.spheres, primitive) };
         let half_cone = sphere_cone(&sphere, primitive, from);
         if half_cone > 0.0 {
             // The far side, seen through holes of the near one, is never sampled.

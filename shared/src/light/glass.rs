@@ -6,7 +6,7 @@
 //! primitives, `position` and `probability` are middle and radius of the ball.
 
 use super::{DIRECTIONAL, Light};
-use crate::buffer::load;
+use crate::buffer::load_record;
 use crate::math::{max, mul_high, sqrt, unit_circle, unit_f32};
 use crate::params::RenderParams;
 use crate::rng::Words;
@@ -84,7 +84,7 @@ pub(crate) unsafe fn choose(
     let (mut left, mut u) = (compared, unit_f32(random.w));
     while left > 0 {
         // SAFETY: the index is below the number of pieces.
-        let piece = unsafe { load::<Light>(scene.lights, params.first_glass + index) };
+        let piece = unsafe { load_record::<Light>(scene.lights, params.first_glass + index) };
         let square = piece.probability * piece.probability;
         let to = piece.position - from;
         let mut weight = square * (1.0 / max(to.dot(to), square));
@@ -107,7 +107,7 @@ pub(crate) unsafe fn choose(
         left -= 1;
     }
     // SAFETY: as above.
-    let piece = unsafe { load::<Light>(scene.lights, params.first_glass + chosen) };
+    let piece = unsafe { load_record::<Light>(scene.lights, params.first_glass + chosen) };
     let to = piece.position - from;
     let (distance2, square) = (to.dot(to), piece.probability * piece.probability);
     let (mut axis, mut cap) = (Vec3::Y, 2.0);

@@ -12,7 +12,7 @@ mod portal;
 pub mod sky;
 pub mod tree;
 
-use crate::buffer::load;
+use crate::buffer::load_record;
 use crate::bvh::NO_PRIMITIVE;
 use crate::features::{EMITTERS, ENVIRONMENT, FeatureSet, Features, LIGHT_TREE, PORTALS, PUNCTUAL};
 use crate::math::{max, mul_high, unit_f32};
@@ -112,16 +112,16 @@ pub unsafe fn sample<const POSSIBLE: Features>(
             return NO_LIGHT;
         }
         // SAFETY: the tree's indices are in range.
-        light = unsafe { load::<Light>(scene.lights, choice.light) };
+        light = unsafe { load_record::<Light>(scene.lights, choice.light) };
         let probability = choice.probability * (1.0 - of_sky);
         light.intensity.x *= if light.kind == AREA { probability } else { 1.0 };
         light.probability = probability;
     } else {
         // SAFETY: the index is below the number of lights, as is each alias.
         unsafe {
-            light = load::<Light>(scene.lights, mul_high(random.z, params.light_count));
+            light = load_record::<Light>(scene.lights, mul_high(random.z, params.light_count));
             if random.w >= light.threshold {
-                light = load::<Light>(scene.lights, light.alias);
+                light = load_record::<Light>(scene.lights, light.alias);
             }
         }
     }

@@ -5,7 +5,7 @@
 
 use super::ReferencePoint;
 use super::tree::Siblings;
-use crate::buffer::load;
+use crate::buffer::load_record;
 use crate::math::{max, max_component, min, sqrt, unit_f32};
 use crate::params::RenderParams;
 use crate::planar::Planar;
@@ -74,7 +74,7 @@ pub(super) unsafe fn view(
     let mut index = 0;
     while index < params.portal_count {
         // SAFETY: the caller's promise.
-        let portal = unsafe { load::<Planar>(scene.planars, params.first_portal + index) };
+        let portal = unsafe { load_record::<Planar>(scene.planars, params.first_portal + index) };
         let weight = weight(&portal, from);
         if weight > 0.0 {
             sum += weight;
@@ -111,7 +111,7 @@ pub(super) unsafe fn sample(
     let (mut to, mut index) = (Vec3::ZERO, 0);
     while index < params.portal_count {
         // SAFETY: the caller's promise.
-        let portal = unsafe { load::<Planar>(scene.planars, params.first_portal + index) };
+        let portal = unsafe { load_record::<Planar>(scene.planars, params.first_portal + index) };
         if portals.add(weight(&portal, from)) {
             let (u, v) = (unit_f32(random.x), unit_f32(random.y));
             to = portal.origin + portal.edge_u * u + portal.edge_v * v - from.point;

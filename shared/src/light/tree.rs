@@ -7,7 +7,7 @@
 //! The nodes follow the lights in their array: the root, then the children of each node together.
 
 use super::{AREA, Light, ReferencePoint};
-use crate::buffer::load;
+use crate::buffer::load_record;
 use crate::math::{max, min, sqrt, unit_f32};
 use crate::params::RenderParams;
 use crate::rng::Words;
@@ -155,13 +155,13 @@ pub(super) struct Arriving {
 pub(super) unsafe fn arriving(params: &RenderParams, scene: Scene, from: &ReferencePoint) -> Arriving {
     let mut sum = Arriving { near: 0.0, distant: 0.0 };
     // SAFETY: the caller's promise.
-    let root = unsafe { load::<Light>(scene.lights, params.light_count) };
+    let root = unsafe { load_record::<Light>(scene.lights, params.light_count) };
     let is_leaf = root.kind & LEAF != 0;
     let (first, count) = if is_leaf { (params.light_count, 1) } else { (root.kind, root.alias) };
     let mut child = 0;
     while child < count {
         // SAFETY: as above.
-        let node = unsafe { load::<Light>(scene.lights, first + child) };
+        let node = unsafe { load_record::<Light>(scene.lights, first + child) };
         let importance = importance(&node, from);
         if node.probability < 0.0 {
             sum.distant += importance;
@@ -185,14 +185,15 @@ pub unsafe fn choose(params: &RenderParams, scene: Scene, from: &ReferencePoint,
     let (mut probability, mut level) = (1.0, 0);
     let (mut number, mut word) = (unit_f32(random.z), random.w);
     // SAFETY: the caller's promise.
-    let mut node = unsafe { load::<Light>(scene.lights, params.light_count) };
+    let mut node = unsafe { load_record::<Light>(scene.lights, params.light_count) };
     while node.kind & LEAF == 0 {
         let mut siblings = Siblings::new(number, node.cone_scale);
         let (mut chosen, mut own) = (NO_CHOICE, 0.0);
         let mut child = 0;
         while child < node.alias {
             // SAFETY: as above.
-            let importance = importance(&unsafe { load::<Light>(scene.lights, node.kind + child) }, from);
+            let importance =
+                importance(&unsafe { load_record::<Light>(scene.lights, node.kind + child) }, from);
             if siblings.add(importance) {
                 (chosen, own) = (node.kind + child, importance);
             }
@@ -209,7 +210,7 @@ pub unsafe fn choose(params: &RenderParams, scene: Scene, from: &ReferencePoint,
             node.kind = NO_CHOICE;
         } else {
             // SAFETY: as above.
-            node = unsafe { load::<Light>(scene.lights, chosen) };
+            node = unsafe { load_record::<Light>(scene.lights, chosen) };
         }
     }
     Choice { light: if node.kind == NO_CHOICE { NO_CHOICE } else { node.kind & !LEAF }, probability }
@@ -229,7 +230,7 @@ pub unsafe fn area_pdf(params: &RenderParams, scene: Scene, from: &ReferencePoin
     while low < high {
         let middle = (low + high) / 2;
         // SAFETY: the caller's promise.
-        if unsafe { load::<Light>(scene.lights, middle).primitive } < primitive {
+        if unsafe { load_record::<Light>(scene.lights, middle).primitive } < primitive {
             low = middle + 1;
         } else {
             high = middle;
@@ -239,20 +240,21 @@ pub unsafe fn area_pdf(params: &RenderParams, scene: Scene, from: &ReferencePoin
         return 0.0;
     }
     // SAFETY: as above.
-    let light = unsafe { load::<Light>(scene.lights, low) };
+    let light = unsafe { load_record::<Light>(scene.lights, low) };
     if light.primitive != primitive || light.kind != AREA {
         return 0.0;
     }
     let (mut pdf, mut place) = (light.intensity.x, light.threshold);
     while place != params.light_count && pdf > 0.0 {
         // SAFETY: as above.
-        let node = unsafe { load::<Light>(scene.lights, place) };
+        let node = unsafe { load_record::<Light>(scene.lights, place) };
         // SAFETY: as above.
-        let parent = unsafe { load::<Light>(scene.lights, node.primitive) };
+        let parent = unsafe { load_record::<Light>(scene.lights, node.primitive) };
         let (mut siblings, mut own, mut child) = (Siblings::new(0.0, 1.0), 0.0, 0);
         while child < parent.alias {
             // SAFETY: as above.
-            let importance = importance(&unsafe { load::<Light>(scene.lights, parent.kind + child) }, from);
+            let importance =
+                importance(&unsafe { load_record::<Light>(scene.lights, parent.kind + child) }, from);
             siblings.add(importance);
             own = if parent.kind + child == place { importance } else { own };
             child += 1;

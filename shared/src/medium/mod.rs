@@ -14,6 +14,7 @@
 mod grid;
 mod phase;
 
+use crate::buffer::load_other;
 use crate::buffer_layout::Packed;
 use crate::material::Material;
 use crate::math::{exp2, log2, max, min, unit_f32};
@@ -82,12 +83,7 @@ impl MediumStack {
 #[allow(unsafe_code, reason = "see buffer")]
 pub unsafe fn load_medium(materials: &[Packed<Material>], index: u32) -> Medium {
     // SAFETY: the caller's promise.
-    #[cfg(target_arch = "spirv")]
-    let medium = unsafe { crate::buffer::load::<Medium>(materials, index) };
-    // SAFETY: the caller's promise.
-    #[cfg(not(target_arch = "spirv"))]
-    let medium = bytemuck::cast(unsafe { crate::buffer::load::<Material>(materials, index) });
-    medium
+    unsafe { load_other::<Material, _>(materials, index) }
 }
 
 /// Returns the transmittance of a homogeneous medium by channel (Beer and Lambert's law): at least

@@ -14,7 +14,7 @@ use super::tube::{Arrival, follow};
 use super::vertex::Vertex;
 use super::{Path, blocks};
 use crate::bsdf::Bsdf;
-use crate::buffer::load;
+use crate::buffer::load_record;
 use crate::features::{FeatureSet, Features};
 use crate::light::glass::{self, Piece};
 use crate::light::{DIRECTIONAL, Light, point};
@@ -146,7 +146,7 @@ impl Path {
         // SAFETY: the index is that of a point, spot or directional light; the caller's promise.
         let (light, piece) = unsafe {
             let index = params.area_light_count + mul_high(random.x, count);
-            let light = load::<Light>(scene.lights, index);
+            let light = load_record::<Light>(scene.lights, index);
             (light, glass::choose(params, scene, vertex.surface.point, &light, random))
         };
         // Walk 0 starts towards the light, the others towards the piece; the light of the path that

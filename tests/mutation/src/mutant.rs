@@ -43,7 +43,7 @@ impl Test {
     /// `for_each_backend!` gives.
     pub fn backend(&self) -> Option<&'static str> {
         match self.name.rsplit("::").next() {
-            Some("wgpu" | "wgpu_naga") => Some("wgpu"),
+            Some("wgpu" | "wgpu_naga" | "wgpu_wgsl") => Some("wgpu"),
             Some("cuda") => Some("cuda"),
             _ => None,
         }

@@ -1,20 +1,14 @@
 //! Entry points of the probes for SPIR-V: an invocation serves one input.
 
 use crate::record::{Input, Output, ProbeParams};
-use spirv_std::glam::UVec3;
+use spirv_std::glam::{UVec3, UVec4};
 use spirv_std::spirv;
-use trisect_shared::attributes::MeshVertex;
-use trisect_shared::buffer::{load, store};
+use trisect_shared::buffer::{RecordSlice, load, store};
 use trisect_shared::buffer_layout::Packed;
 use trisect_shared::bvh::BvhNode;
-use trisect_shared::environment::EnvironmentTexel;
-use trisect_shared::light::Light;
 use trisect_shared::material::Material;
-use trisect_shared::planar::Planar;
 use trisect_shared::scene::Scene;
-use trisect_shared::sphere::Sphere;
-use trisect_shared::texture::{Texel, Texture};
-use trisect_shared::triangle::Triangle;
+use trisect_shared::texture::Texel;
 
 macro_rules! entry_points {
     ($($module:ident $text:tt,)*) => {$(
@@ -24,16 +18,16 @@ macro_rules! entry_points {
         pub fn $module(
             #[spirv(global_invocation_id)] id: UVec3,
             #[spirv(uniform, descriptor_set = 0, binding = 0)] params: &ProbeParams,
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] spheres: &[Packed<Sphere>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] spheres: &[UVec4],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] nodes: &[Packed<BvhNode>],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] materials: &[Packed<Material>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] planars: &[Packed<Planar>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] triangles: &[Packed<Triangle>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] vertices: &[Packed<MeshVertex>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 7)] lights: &[Packed<Light>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 8)] textures: &[Packed<Texture>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] planars: &[UVec4],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] triangles: &[UVec4],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] vertices: &[UVec4],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 7)] lights: &[UVec4],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 8)] textures: &[UVec4],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 9)] texels: &[Packed<Texel>],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 10)] environment: &[Packed<EnvironmentTexel>],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 10)] environment: &[UVec4],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 11)] inputs: &[Packed<Input>],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 12)] outputs: &mut [Packed<Output>],
         ) {
@@ -41,7 +35,16 @@ macro_rules! entry_points {
                 return;
             }
             let scene = Scene {
-                spheres, nodes, materials, planars, triangles, vertices, lights, textures, texels, environment,
+                spheres: RecordSlice::new(spheres, 0),
+                nodes,
+                materials,
+                planars: RecordSlice::new(planars, 0),
+                triangles: RecordSlice::new(triangles, 0),
+                vertices: RecordSlice::new(vertices, 0),
+                lights: RecordSlice::new(lights, 0),
+                textures: RecordSlice::new(textures, 0),
+                texels,
+                environment: RecordSlice::new(environment, 0),
             };
             // SAFETY: the index was checked; the caller validated the scene and provides
             // `params.count` records.

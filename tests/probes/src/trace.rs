@@ -92,7 +92,7 @@ pub unsafe fn trace(params: &ProbeParams, scene: Scene, input: Input) -> Output 
 #[allow(unsafe_code, reason = "as above")]
 unsafe fn closest_by_linear_search(params: &ProbeParams, scene: Scene, ray: Ray) -> Hit {
     let shear = Shear::new(ray.direction);
-    let count = params.render.first_triangle + scene.triangles.len() as u32;
+    let count = params.render.primitive_count;
     let mut best = Hit::in_world(MISS, NO_PRIMITIVE);
     let mut index = 0;
     while index < count {

@@ -3,9 +3,10 @@
 //! A test compares them. With `UPDATE_DOCS` set it writes them instead.
 
 use super::text;
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::fs;
-use trisect_kernels::{is_level, workgroup};
+use trisect_kernels::{SCENE_BINDINGS, is_level, workgroup};
 use trisect_shared::bsdf;
 use trisect_shared::features::{CHOICES, NAMES, STRATEGY};
 use trisect_tests::program::trisect;
@@ -142,6 +143,13 @@ fn bindings(name: &str, records: &str) -> String {
         };
         let Some((class, number)) = place.split_once(", descriptor_set = 0, binding = ") else { continue };
         let kind = rest.split_once(": ").unwrap().1.trim_end_matches(',');
+        if kind == "&SceneLaunch" {
+            table.push_str(&scene_bindings(&mut of_ptx));
+            continue;
+        }
+        if name == "entry_point" && !kind.starts_with("&mut") {
+            continue; // an array of the scene
+        }
         let other = of_ptx.remove(0);
         assert_eq!(element(kind), element(other), "binding {number} of {name}");
         let written = if kind.starts_with("&mut") { ", written" } else { "" };
@@ -156,13 +164,28 @@ fn bindings(name: &str, records: &str) -> String {
             (_, record) => format!("`[{record}]`"),
         };
         write!(table, "\n| {number} | {class}{written} | {by}{written} | {content} |").unwrap();
-        if of_ptx.first() == Some(&"SceneLengths") {
-            of_ptx.remove(0);
-            table.push_str("\n| | | by value | `SceneLengths` |");
-        }
     }
     assert!(of_ptx.is_empty(), "{name}: {of_ptx:?} are arguments without a binding");
     table
+}
+
+/// Returns the rows of the launch record and of the arrays of a scene, and takes their arguments.
+fn scene_bindings(of_ptx: &mut Vec<&str>) -> String {
+    let arrays = of_ptx.split_off(2);
+    assert_eq!(*of_ptx, ["RenderParams", "SceneLengths"]);
+    let mut rows = String::from(
+        "\n| 0 | uniform | | `SceneLaunch` |\n| | | by value | `RenderParams` |\n| | | by value | `SceneLengths` |",
+    );
+    let joined: Vec<usize> = SCENE_BINDINGS.into_iter().flatten().copied().collect();
+    assert_eq!(joined.iter().copied().collect::<BTreeSet<_>>(), (0..joined.len()).collect());
+    let (of_scene, others) = arrays.split_at(joined.len());
+    for (index, kind) in of_scene.iter().enumerate() {
+        let binding = SCENE_BINDINGS.iter().position(|arrays| arrays.contains(&index)).unwrap();
+        let place = if SCENE_BINDINGS[binding][0] == index { "" } else { ", behind others" };
+        write!(rows, "\n| {} | storage{place} | pointer | `[{}]` |", binding + 1, element(kind)).unwrap();
+    }
+    *of_ptx = others.to_vec();
+    rows
 }
 
 /// Returns the lines that name the entry points of some lists, by the size of their work groups.
@@ -220,7 +243,7 @@ fn records() -> String {
         params::RenderParams,
         path::FirstHit,
         planar::Planar,
-        scene::SceneLengths,
+        scene::{FirstRows, SceneLaunch, SceneLengths},
         sky::Sky,
         sphere::Sphere,
         texture::{Texel, Texture},
@@ -240,6 +263,8 @@ fn records() -> String {
         Camera "part of `RenderParams`",
         Sky "part of `RenderParams`",
         SceneLengths "launch, PTX only",
+        SceneLaunch "launch of a render kernel, SPIR-V only",
+        FirstRows "part of `SceneLaunch`",
         Sphere "primitive",
         Planar "primitive",
         Triangle "primitive",

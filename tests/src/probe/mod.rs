@@ -9,6 +9,7 @@ use crate::BackendUnderTest;
 use bytemuck::Zeroable;
 use trisect::bvh::Bvh;
 use trisect::device::BackendError;
+use trisect::device::wgpu::Route;
 use trisect::lights::Lights;
 use trisect::scene::{Scene, SharedVec};
 use trisect_probes::record::{Input, Output, ProbeParams};
@@ -127,11 +128,12 @@ impl Prober {
     /// Opens the backend with a scene. `None`, with a message, where it is missing and not
     /// required.
     pub fn with_scene(subject: BackendUnderTest, scene: &ProbeScene) -> Option<Self> {
+        let open = |route| wgpu::Wgpu::open(route, scene).map(|device| Box::new(device) as Box<dyn Device>);
         let device: Result<Box<dyn Device>, BackendError> = match subject {
             BackendUnderTest::Cpu => Ok(Box::new(cpu::Native::new(scene.clone()))),
-            BackendUnderTest::Wgpu | BackendUnderTest::WgpuNaga => {
-                wgpu::Wgpu::open(subject == BackendUnderTest::Wgpu, scene).map(|device| Box::new(device) as _)
-            }
+            BackendUnderTest::Wgpu => open(Route::PassThrough),
+            BackendUnderTest::WgpuNaga => open(Route::Naga),
+            BackendUnderTest::WgpuWgsl => open(Route::Wgsl),
             BackendUnderTest::Cuda => cuda::Cuda::open(scene).map(|device| Box::new(device) as _),
         };
         let device = subject.available(device)?;

@@ -1,4 +1,4 @@
-//! Probes as SPIR-V, passed through or translated by naga.
+//! Probes as SPIR-V, passed through or translated by naga, also through WGSL.
 
 use super::{Device, ProbeScene};
 use crate::BackendUnderTest;
@@ -6,6 +6,8 @@ use bytemuck::Pod;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use trisect::device::BackendError;
+use trisect::device::wgpu::Route;
+use trisect_kernels::wgsl;
 use trisect_probes::record::{Input, Output, ProbeParams};
 use trisect_probes::{WORKGROUP, spirv};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
@@ -29,7 +31,7 @@ struct Shared {
     name: String,
     device: wgpu::Device,
     queue: wgpu::Queue,
-    passes_through: bool,
+    route: Route,
     layout: BindGroupLayout,
     pipelines: Mutex<HashMap<&'static str, ComputePipeline>>,
 }
@@ -39,20 +41,20 @@ fn failed(message: String) -> BackendError {
 }
 
 /// Returns the device of a route, which is created once.
-fn shared(passes_through: bool) -> Result<Arc<Shared>, BackendError> {
-    static OPEN: Mutex<[Option<Arc<Shared>>; 2]> = Mutex::new([None, None]);
+fn shared(route: Route) -> Result<Arc<Shared>, BackendError> {
+    static OPEN: Mutex<[Option<Arc<Shared>>; 3]> = Mutex::new([None, None, None]);
     let mut open = OPEN.lock().unwrap_or_else(PoisonError::into_inner);
-    let slot = &mut open[usize::from(passes_through)];
+    let slot = &mut open[route as usize];
     if let Some(shared) = slot {
         return Ok(shared.clone());
     }
-    let made = Arc::new(Shared::open(passes_through)?);
+    let made = Arc::new(Shared::open(route)?);
     *slot = Some(made.clone());
     Ok(made)
 }
 
 impl Shared {
-    fn open(passes_through: bool) -> Result<Self, BackendError> {
+    fn open(route: Route) -> Result<Self, BackendError> {
         let mut descriptor = InstanceDescriptor::new_without_display_handle();
         descriptor.backends = wgpu::Backends::VULKAN | wgpu::Backends::METAL | wgpu::Backends::DX12;
         let adapters =
@@ -82,13 +84,13 @@ impl Shared {
         let layout =
             device.create_bind_group_layout(&BindGroupLayoutDescriptor { label: None, entries: &entries });
         let name = adapter.get_info().name;
-        Ok(Self { name, device, queue, passes_through, layout, pipelines: Mutex::default() })
+        Ok(Self { name, device, queue, route, layout, pipelines: Mutex::default() })
     }
 }
 
 impl Wgpu {
-    pub fn open(passes_through: bool, scene: &ProbeScene) -> Result<Self, BackendError> {
-        let shared = shared(passes_through)?;
+    pub fn open(route: Route, scene: &ProbeScene) -> Result<Self, BackendError> {
+        let shared = shared(route)?;
         let records = scene.records();
         let device = &shared.device;
         let scene = [
@@ -117,7 +119,8 @@ fn store<T: Pod>(device: &wgpu::Device, records: &[T]) -> Buffer {
 fn module(shared: &Shared, probe: &'static str) -> Result<ShaderModule, BackendError> {
     let words = spirv(probe).ok_or_else(|| failed(format!("unknown probe {probe}")))?;
     let words: Vec<u32> = bytemuck::pod_collect_to_vec(words);
-    if shared.passes_through && shared.device.features().contains(Features::PASSTHROUGH_SHADERS) {
+    if shared.route == Route::PassThrough && shared.device.features().contains(Features::PASSTHROUGH_SHADERS)
+    {
         let entry_point =
             wgpu::PassthroughShaderEntryPoint { name: probe.into(), workgroup_size: (WORKGROUP, 1, 1) };
         // SAFETY: spirv-val accepted the module when it was built; the layout matches its bindings.
@@ -131,10 +134,11 @@ fn module(shared: &Shared, probe: &'static str) -> Result<ShaderModule, BackendE
             })
         });
     }
-    Ok(shared.device.create_shader_module(ShaderModuleDescriptor {
-        label: Some(probe),
-        source: ShaderSource::SpirV(words.into()),
-    }))
+    let source = match shared.route {
+        Route::Wgsl => ShaderSource::Wgsl(wgsl(bytemuck::cast_slice(&words)).map_err(failed)?.into()),
+        _ => ShaderSource::SpirV(words.into()),
+    };
+    Ok(shared.device.create_shader_module(ShaderModuleDescriptor { label: Some(probe), source }))
 }
 
 fn pipeline(

@@ -26,6 +26,22 @@ impl Gpu {
     }
 }
 
+/// Memory of one of our buffers: a wgpu buffer, or the part of it from a byte on.
+pub(super) struct Part {
+    pub buffer: Buffer,
+    pub first: u64,
+}
+
+impl Part {
+    /// Returns the memory of a whole buffer.
+    pub fn whole(buffer: Buffer) -> Self {
+        Self { buffer, first: 0 }
+    }
+}
+
+/// Bytes that the beginning of each part of a buffer is a multiple of: a row of SPIR-V's arrays.
+pub(super) const ROW: u64 = 16;
+
 /// Number of buffers that a pool keeps: those of sums and AOV sums, of a denoised image, and of one
 /// for a display.
 const KEPT: usize = 4;

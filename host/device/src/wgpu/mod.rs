@@ -5,6 +5,7 @@ mod adapter;
 mod memory;
 mod pipeline;
 mod run;
+mod scene_bindings;
 mod storage_params;
 mod timer;
 mod transfer;
@@ -15,7 +16,7 @@ use crate::command::{check_range, handle};
 use crate::{BackendError, Buffer, Command, Device, DeviceInfo, DeviceKind};
 use crate::{MathMode, Schedule, Traversal};
 use adapter::Gpu;
-use memory::Pool;
+use memory::{Part, Pool, ROW};
 use pipeline::Pipelines;
 use std::time::Duration;
 use timer::Timer;
@@ -33,6 +34,9 @@ pub enum Route {
     PassThrough,
     /// Through naga, which reads SPIR-V and writes the driver's language.
     Naga,
+    /// Through WGSL, which naga writes and reads, as browsers get the kernels.
+    #[cfg(feature = "wgsl")]
+    Wgsl,
 }
 
 /// Usage of the buffers that kernels see.
@@ -97,23 +101,40 @@ impl Device for Wgpu {
     }
 
     fn allocate(&mut self, bytes: u64, what: &'static str) -> Result<Buffer, BackendError> {
-        Ok(Buffer::new(self.gpu.buffer(bytes, STORAGE, what)?, bytes))
+        Ok(Buffer::new(Part::whole(self.gpu.buffer(bytes, STORAGE, what)?), bytes))
+    }
+
+    fn joins_arrays(&self) -> bool {
+        true
+    }
+
+    fn allocate_joined(&mut self, bytes: &[u64], what: &'static str) -> Result<Vec<Buffer>, BackendError> {
+        let whole = bytes.iter().fold(0u64, |sum, bytes| sum.saturating_add(bytes.saturating_add(ROW)));
+        let buffer = self.gpu.buffer(whole, STORAGE, what)?;
+        let mut first = 0;
+        let parts = bytes.iter().map(|&bytes| {
+            let part = Part { buffer: buffer.clone(), first };
+            first += bytes.next_multiple_of(ROW);
+            Buffer::new(part, bytes)
+        });
+        Ok(parts.collect())
     }
 
     fn upload(&mut self, bytes: &[u8], what: &'static str) -> Result<Buffer, BackendError> {
         let buffer = self.gpu.buffer(bytes.len() as u64, STORAGE, what)?;
         self.gpu.queue.write_buffer(&buffer, 0, bytes);
         self.gpu.check("copying to the device")?;
-        Ok(Buffer::new(buffer, bytes.len() as u64))
+        Ok(Buffer::new(Part::whole(buffer), bytes.len() as u64))
     }
 
     fn write(&mut self, to: &Buffer, first: u64, bytes: &[u8]) -> Result<(), BackendError> {
         check_range(NAME, to, first, bytes.len() as u64)?;
-        let to: &wgpu::Buffer = handle(to, NAME)?;
+        let to: &Part = handle(to, NAME)?;
+        let first = to.first + first;
         if bytes.len() > SMALL_WRITE {
-            return self.write_through(to, first, bytes);
+            return self.write_through(&to.buffer, first, bytes);
         }
-        self.gpu.queue.write_buffer(to, first, bytes);
+        self.gpu.queue.write_buffer(&to.buffer, first, bytes);
         self.gpu.check("copying to the device")
     }
 

@@ -1,10 +1,10 @@
 //! Compiles entry points of the SPIR-V kernels to wgpu compute pipelines, on first use, and binds
 //! their buffers. Entry points with the same numbers of arrays share a bind group layout.
 
+use super::Route;
 use super::adapter::Gpu;
+use super::scene_bindings::{buffers, params_bytes, reads, writes};
 use super::storage_params::storage_params;
-use super::{NAME, Route};
-use crate::command::handles;
 use crate::{BackendError, DeviceKind, Dispatch, MathMode};
 use std::collections::HashMap;
 use std::num::NonZero;
@@ -20,7 +20,9 @@ use wgpu::{
 /// least any record's size, and a multiple of any device's alignment of uniforms.
 pub(super) const PARAMS_STRIDE: u64 = 512;
 
-const _: () = assert!(trisect_kernels::MAX_PARAMS as u64 <= PARAMS_STRIDE);
+const _: () = assert!(
+    trisect_kernels::MAX_PARAMS + size_of::<trisect_shared::scene::FirstRows>() <= PARAMS_STRIDE as usize
+);
 
 /// Bind group layout, and the pipeline layout with only this group.
 struct Layout {
@@ -79,12 +81,12 @@ impl Pipelines {
         if self.compiled.contains_key(&(of, math)) {
             return Ok(());
         }
-        let layout = self.layouts.entry((of.reads, of.writes)).or_insert_with(|| {
+        let layout = self.layouts.entry((reads(of), writes(of))).or_insert_with(|| {
             let params = match self.in_storage {
                 true => BufferBindingType::Storage { read_only: true },
                 false => BufferBindingType::Uniform,
             };
-            Layout::new(&gpu.device, params, of.reads, of.writes)
+            Layout::new(&gpu.device, params, reads(of), writes(of))
         });
         let module = module(&gpu.device, (self.route, self.in_storage), of, math)?;
         let pipeline = gpu.device.create_compute_pipeline(&ComputePipelineDescriptor {
@@ -110,17 +112,15 @@ impl Pipelines {
     ) -> Result<(&ComputePipeline, BindGroup), BackendError> {
         let of = launch.entry_point;
         let compiled = self.compiled.get(&(of, launch.math));
-        let (Some(pipeline), Some(layout)) = (compiled, self.layouts.get(&(of.reads, of.writes))) else {
+        let (Some(pipeline), Some(layout)) = (compiled, self.layouts.get(&(reads(of), writes(of)))) else {
             return Err(failed("rendering", format!("the kernel {} was not compiled", of.name)));
         };
-        let size = NonZero::new(of.params as u64);
+        let size = NonZero::new(params_bytes(of) as u64);
         let params = BufferBinding { buffer: params, offset: place, size };
-        let arrays = handles::<Buffer>(launch, NAME)?;
-        let arrays = arrays.into_iter().map(Buffer::as_entire_binding).take(of.reads + of.writes);
-        let entries: Vec<BindGroupEntry> = (0u32..)
-            .zip([BindingResource::Buffer(params)].into_iter().chain(arrays))
-            .map(|(binding, resource)| BindGroupEntry { binding, resource })
-            .collect();
+        let arrays = buffers(launch)?.into_iter().map(Buffer::as_entire_binding);
+        let resources = [BindingResource::Buffer(params)].into_iter().chain(arrays);
+        let entries: Vec<BindGroupEntry> =
+            (0u32..).zip(resources).map(|(binding, resource)| BindGroupEntry { binding, resource }).collect();
         let descriptor = BindGroupDescriptor { label: None, layout: &layout.bindings, entries: &entries };
         Ok((pipeline, device.create_bind_group(&descriptor)))
     }
@@ -187,10 +187,15 @@ fn module(
         };
         return Ok(module);
     }
-    Ok(device.create_shader_module(ShaderModuleDescriptor {
-        label: Some("trisect"),
-        source: ShaderSource::SpirV(words.into()),
-    }))
+    let source = match route {
+        #[cfg(feature = "wgsl")]
+        Route::Wgsl => {
+            let text = trisect_kernels::wgsl(bytemuck::cast_slice(&words));
+            ShaderSource::Wgsl(text.map_err(|message| failed("translating a kernel", message))?.into())
+        }
+        _ => ShaderSource::SpirV(words.into()),
+    };
+    Ok(device.create_shader_module(ShaderModuleDescriptor { label: Some("trisect"), source }))
 }
 
 #[cfg(test)]

@@ -1,6 +1,8 @@
 //! Commands as one submission.
 
+use super::memory::Part;
 use super::pipeline::PARAMS_STRIDE;
+use super::scene_bindings::first_rows;
 use super::timer::Timer;
 use super::{NAME, STORAGE, Wgpu};
 use crate::command::{check_range, check_rows, handle};
@@ -30,18 +32,19 @@ impl Wgpu {
             match command {
                 Command::Fill { buffer, first, bytes, ones } => {
                     check_range(NAME, buffer, first, bytes)?;
-                    let buffer = handle::<Buffer>(buffer, NAME)?;
+                    let part = handle::<Part>(buffer, NAME)?;
+                    let first = part.first + first;
                     if ones {
-                        self.fill_with_ones(&mut encoder, buffer, first, bytes);
+                        self.fill_with_ones(&mut encoder, &part.buffer, first, bytes);
                     } else if bytes > 0 {
-                        encoder.clear_buffer(buffer, first, Some(bytes));
+                        encoder.clear_buffer(&part.buffer, first, Some(bytes));
                     }
                 }
                 Command::Copy { from, to, bytes } => {
                     check_range(NAME, from, 0, bytes)?;
                     check_range(NAME, to, 0, bytes)?;
-                    let (from, to) = (handle::<Buffer>(from, NAME)?, handle::<Buffer>(to, NAME)?);
-                    encoder.copy_buffer_to_buffer(from, 0, to, 0, bytes);
+                    let (from, to) = (handle::<Part>(from, NAME)?, handle::<Part>(to, NAME)?);
+                    encoder.copy_buffer_to_buffer(&from.buffer, from.first, &to.buffer, to.first, bytes);
                 }
                 Command::Dispatch(dispatch) => {
                     self.dispatch(&mut encoder, &dispatch, launch)?;
@@ -91,6 +94,9 @@ impl Wgpu {
                     }
                     self.pipelines.compile(&self.gpu, dispatch.entry_point, dispatch.math)?;
                     params.extend_from_slice(dispatch.params);
+                    if dispatch.entry_point.reads_scene() {
+                        params.extend_from_slice(bytemuck::bytes_of(&first_rows(dispatch)?));
+                    }
                     params.resize(params.len().next_multiple_of(PARAMS_STRIDE as usize), 0u8);
                 }
                 Command::Fill { bytes, ones: true, .. } => ones = ones.max((*bytes).min(ONES)),
@@ -165,7 +171,7 @@ impl Wgpu {
     fn copy_rows(
         &mut self,
         encoder: &mut CommandEncoder,
-        from: &Buffer,
+        from: &Part,
         to: &RowTarget<'_>,
     ) -> Result<Buffer, BackendError> {
         let row = to.row_bytes() as u64;
@@ -174,7 +180,8 @@ impl Wgpu {
         let mut done = 0;
         for block in to.rows().blocks() {
             let length = block.len() as u64 * row;
-            encoder.copy_buffer_to_buffer(from, u64::from(block.start) * row, &through, done, length);
+            let first = from.first + u64::from(block.start) * row;
+            encoder.copy_buffer_to_buffer(&from.buffer, first, &through, done, length);
             done += length;
         }
         Ok(through)

@@ -1,7 +1,7 @@
 //! The scene on a device: its arrays, and those of the trees and the light table.
 
 use super::array_content::{ArrayContent, SameArrays};
-use super::scene_writer::{SceneWriter, WrittenArray};
+use super::scene_writer::{SceneArray, SceneWriter, WrittenArray};
 use crate::bvh::{Bvh, Wide};
 use crate::lights::Lights;
 use std::sync::Arc;
@@ -77,18 +77,29 @@ impl<'a> ValidScene<'a> {
         let [spheres, nodes, materials, flats, triangles, vertices, table, textures, texels, panorama] = old;
         let all_triangles = scene.numbered_triangles();
         let mut to = SceneWriter::new(to);
-        let arrays = [
-            to.upload(&scene.spheres, "the scene's spheres", spheres, same.spheres)?,
-            to.give(&bvh.nodes, "the scene's BVH", nodes, same.bvh)?,
-            to.upload(&lights.materials, "the scene's materials", materials, same.materials)?,
-            to.upload(&planars, "the scene's quads and discs", flats, same.planars)?,
-            to.give(&all_triangles, "the scene's triangles", triangles, same.triangles)?,
-            to.give(&scene.vertices, "the scene's normals and texture coordinates", vertices, same.vertices)?,
-            to.upload(&lights.lights, "the scene's lights", table, same.lights)?,
-            to.upload(&scene.textures, "the scene's textures", textures, same.textures)?,
-            to.upload(&content.texels, "the scene's texels", texels, same.texels)?,
-            to.upload(&content.environment, "the scene's environment map", panorama, same.environment)?,
+        let nodes = to.write(SceneArray::lent(&bvh.nodes, "the scene's BVH", nodes, same.bvh))?;
+        let texels = to.write(SceneArray::of(&content.texels, "the scene's texels", texels, same.texels))?;
+        // The arrays of a binding: see `SCENE_BINDINGS`.
+        let materials =
+            to.write(SceneArray::of(&lights.materials, "the scene's materials", materials, same.materials))?;
+        let names = "the scene's normals and texture coordinates";
+        let mesh = [
+            SceneArray::lent(&all_triangles, "the scene's triangles", triangles, same.triangles),
+            SceneArray::lent(&scene.vertices, names, vertices, same.vertices),
         ];
+        let [triangles, vertices] = to.write_joined(mesh, "the scene's triangles and vertices")?;
+        let panorama_texels = &content.environment;
+        let others = [
+            SceneArray::of(&planars, "the scene's quads and discs", flats, same.planars),
+            SceneArray::of(&scene.spheres, "the scene's spheres", spheres, same.spheres),
+            SceneArray::of(&lights.lights, "the scene's lights", table, same.lights),
+            SceneArray::of(&scene.textures, "the scene's textures", textures, same.textures),
+            SceneArray::of(panorama_texels, "the scene's environment map", panorama, same.environment),
+        ];
+        let what = "the scene's shapes, lights and environment map";
+        let [flats, spheres, table, textures, panorama] = to.write_joined(others, what)?;
+        let arrays =
+            [spheres, nodes, materials, flats, triangles, vertices, table, textures, texels, panorama];
         let wide = match wide {
             WideSource::Unused => None,
             WideSource::Kept => match old_wide {
@@ -100,11 +111,12 @@ impl<'a> ValidScene<'a> {
             WideSource::New(Wide { root, instance_roots, nodes, spheres, triangles }) => {
                 let mut old = |index: usize| old_wide[index].take();
                 let roots = [&[root.0], instance_roots.as_slice()].concat();
+                let (tree, packets) = ("the scene's wide BVH", "the scene's packets of triangles");
                 Some([
-                    to.upload(&roots, "the scene's wide BVH", old(0), false)?,
-                    to.give(nodes, "the scene's wide BVH", old(1), false)?,
-                    to.upload(spheres, "the scene's packets of spheres", old(2), false)?,
-                    to.give(triangles, "the scene's packets of triangles", old(3), false)?,
+                    to.write(SceneArray::of(&roots, tree, old(0), false))?,
+                    to.write(SceneArray::lent(nodes, tree, old(1), false))?,
+                    to.write(SceneArray::of(spheres, "the scene's packets of spheres", old(2), false))?,
+                    to.write(SceneArray::lent(triangles, packets, old(3), false))?,
                 ])
             }
         };
