@@ -242,10 +242,9 @@ mod ptx_text;
 mod ptxas;
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
 pub mod specialise;
-#[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
-#[cfg(feature = "wgsl")]
+#[cfg(all(feature = "wgsl", not(any(target_arch = "spirv", target_arch = "nvptx64"))))]
 mod wgsl;
-#[cfg(feature = "wgsl")]
+#[cfg(all(feature = "wgsl", not(any(target_arch = "spirv", target_arch = "nvptx64"))))]
 pub use wgsl::wgsl;
 
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]

@@ -30,8 +30,8 @@ mod tests {
     use super::wgsl;
     use crate::{entry_points, spirv};
 
-    /// Kernels without a queue, whose counter no binding of WGSL declares as atomic, have WGSL with
-    /// as many storage buffers as WebGPU guarantees: eight, without the counter.
+    /// Kernels without a queue have WGSL with at most as many storage buffers as WebGPU guarantees.
+    /// Those with a queue have the counter, too.
     #[test]
     fn kernels_are_for_browsers() {
         let mut most = 0;

@@ -61,7 +61,7 @@ pub struct Dispatch<'a> {
     pub params: &'a [u8],
     /// Record with the numbers of records of the arrays, as long as the entry point says.
     pub lengths: &'a [u8],
-    /// Arrays, in the order of the entry point's bindings.
+    /// Arrays, in the order of the arguments of its PTX.
     pub arrays: Vec<&'a Buffer>,
     /// Threads across and down. If lanes take the threads' pixels from a queue, its counter was set
     /// to 0.

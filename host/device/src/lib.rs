@@ -114,7 +114,8 @@ pub trait Device: Send {
         false
     }
 
-    /// Allocates memory for arrays of so many bytes that a kernel may read from one buffer.
+    /// Allocates memory for arrays of so many bytes that a kernel may read from one buffer, which
+    /// begins with the first of them.
     ///
     /// # Errors
     ///

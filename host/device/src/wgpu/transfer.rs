@@ -10,6 +10,10 @@ use wgpu::{Buffer, MapMode, WriteOnly};
 /// Number of bytes that a thread copies at a time.
 const PART: usize = 1 << 16;
 
+/// Maximum number of bytes of a buffer that is kept for the next write: those of meshes are large,
+/// and written once.
+const MAX_KEPT: u64 = 1 << 26;
+
 fn failed(action: &'static str, error: &dyn std::fmt::Display) -> BackendError {
     BackendError::Device { backend: "wgpu", action, message: error.to_string() }
 }
@@ -92,7 +96,9 @@ impl Wgpu {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         encoder.copy_buffer_to_buffer(&through, 0, to, first, length);
         self.gpu.queue.submit([encoder.finish()]);
-        self.uploads.put([through]);
+        if through.size() <= MAX_KEPT {
+            self.uploads.put([through]);
+        }
         self.gpu.check(action)
     }
 }

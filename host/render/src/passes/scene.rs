@@ -17,7 +17,7 @@ pub(crate) struct ValidScene<'a>(&'a Scene);
 /// [`ValidScene`], so every index in them is one of the array that it refers to.
 #[derive(Clone)]
 pub(crate) struct SceneArrays {
-    /// Arrays that all render kernels read, in the order of their bindings.
+    /// Arrays that all render kernels read, in the order of PTX arguments.
     scene: [Buffer; 10],
     /// Arrays of the wide BVH: root, nodes, packets of spheres and of triangles.
     wide: Option<[Buffer; 4]>,

@@ -78,7 +78,7 @@ impl<'a> SceneWriter<'a> {
         // An array that is not used again is freed before the other one is allocated.
         match array.old.take().filter(|_| stays || fits) {
             Some(old) if stays => Ok(old),
-            Some(old) => self.copy(&array, old),
+            Some(old) => self.copy(&array, &old).map(|()| old),
             None => {
                 self.count(&array);
                 self.device.upload(array.bytes, array.what)
@@ -87,7 +87,8 @@ impl<'a> SceneWriter<'a> {
     }
 
     /// Returns arrays on the device that kernels may read from one buffer, as `write` does. If one
-    /// of them needs new memory, all do: the device copies those whose content is the same.
+    /// of them needs new memory, all do: the device copies those whose content is the same, and
+    /// then holds the old ones, too, until this returns.
     pub fn write_joined<const N: usize>(
         &mut self,
         mut arrays: [SceneArray<'_>; N],
@@ -104,26 +105,27 @@ impl<'a> SceneWriter<'a> {
             }
             let bytes = arrays.each_ref().map(|array| array.bytes.len() as u64);
             let new = self.device.allocate_joined(&bytes, what)?;
-            for (array, new) in arrays.iter().zip(new) {
-                all.push(match &array.old {
-                    Some(old) => {
-                        let copy = Command::Copy { from: old, to: &new, bytes: new.bytes() };
-                        // SAFETY: no launch; nothing else uses the new memory.
-                        unsafe { self.device.run(vec![copy]) }?;
-                        new
-                    }
+            let mut copies = Vec::new();
+            for (array, new) in arrays.iter().zip(&new) {
+                match &array.old {
+                    Some(old) => copies.push(Command::Copy { from: old, to: new, bytes: new.bytes() }),
                     None => self.copy(array, new)?,
-                });
+                }
             }
+            copies.retain(|copy| !matches!(copy, Command::Copy { bytes: 0, .. }));
+            if !copies.is_empty() {
+                // SAFETY: no launch; nothing else uses the new memory.
+                unsafe { self.device.run(copies) }?;
+            }
+            all = new;
         }
         all.try_into().map_err(|_| misuse("a device has allocated another number of arrays"))
     }
 
     /// Copies an array to memory of its size.
-    fn copy(&mut self, array: &SceneArray<'_>, to: Buffer) -> Result<Buffer, BackendError> {
+    fn copy(&mut self, array: &SceneArray<'_>, to: &Buffer) -> Result<(), BackendError> {
         self.count(array);
-        self.device.write(&to, 0, array.bytes)?;
-        Ok(to)
+        self.device.write(to, 0, array.bytes)
     }
 
     fn count(&mut self, array: &SceneArray<'_>) {

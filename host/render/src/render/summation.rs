@@ -53,8 +53,8 @@ struct Unread {
     coverage: SampleCoverage,
 }
 
-/// Memory for the totals of a film, which another thread prepares: its first touch takes long
-/// enough to overlap it with rendering.
+/// Memory for the totals of a film, which another thread prepares: its first touch, or removing the
+/// samples of its last use, takes long enough to overlap it with rendering.
 #[derive(Default)]
 pub(crate) struct Room(Option<JoinHandle<(Totals<PixelTotals>, Totals<AovTotals>)>>);
 
@@ -121,6 +121,9 @@ impl Renderer {
         self.summed = (Summation::Host, None);
         if wanted != Summation::Host && chunks == 1 && film.is_empty() && is_whole {
             return self.take_only_chunk(film, block, watch);
+        }
+        if film.is_empty() && film.bytes() == 0 && !self.has_memory_for(film) {
+            self.film = None; // a film of another size makes room
         }
         let wants_device = wanted.is_by_device(chunks, self.device().info().kind);
         // What the device added is read into a film of its own before it is added to this one.
