@@ -12,11 +12,11 @@
 //! | binding | SPIR-V, set 0 | PTX argument | content |
 //! |---|---|---|---|
 //! | 0 | uniform | by value | [`RenderParams`], in SPIR-V in a [`SceneLaunch`] |
-//! | 1 to 5 | storage, read | [`SceneLengths`] by value, then ten pointers | arrays of a [`Scene`] |
+//! | 1 to 5 | storage, read | [`SceneLengths`] by value, ten pointers | arrays of a [`Scene`] |
 //! | 6 | storage | pointer | `[PixelSums]`, or `[FirstHit]` of `first_hit`; the whole image |
 //! | 7 | storage | pointer | `[Compensation]`, the whole image; for parts of a chunk |
 //! | 8 | storage | pointer | `[AovSums]`, the whole image; only used by kernels with `AOVS` |
-//! | 9 | storage | pointer | counter of persistent threads, 0 when a launch begins; no other kernel binds it |
+//! | 9 | storage | pointer | counter of persistent threads only, 0 when a launch begins |
 //!
 //! PTX takes the counter before the AOV sums.
 //!

@@ -112,57 +112,41 @@ impl BackendUnderTest {
     }
 }
 
-/// Instantiates a test, `fn name(subject: BackendUnderTest)`, for each backend, in a module of its
-/// name. Tests of what kernels compute are for each backend, those of how kernels are translated
-/// [for each route](crate::for_each_route).
+/// Instantiates a test, `fn name(subject: BackendUnderTest)`, in a module of its name: a function
+/// for each name and backend.
+#[macro_export]
+macro_rules! instantiate {
+    ($test:ident: $($name:ident $backend:ident),*) => {
+        mod $test {
+            $(
+                #[test]
+                fn $name() { super::$test($crate::BackendUnderTest::$backend); }
+            )*
+        }
+    };
+}
+
+/// Instantiates a test for each backend. Tests of what kernels compute are for each backend, those
+/// of how kernels are translated [for each route](crate::for_each_route).
 #[macro_export]
 macro_rules! for_each_backend {
-    ($($test:ident),* $(,)?) => {$(
-        mod $test {
-            #[test]
-            fn cpu() { super::$test($crate::BackendUnderTest::Cpu); }
-            #[test]
-            fn wgpu() { super::$test($crate::BackendUnderTest::Wgpu); }
-            #[test]
-            fn cuda() { super::$test($crate::BackendUnderTest::Cuda); }
-        }
-    )*};
+    ($($test:ident),* $(,)?) => {$($crate::instantiate!($test: cpu Cpu, wgpu Wgpu, cuda Cuda);)*};
 }
 
 /// Instantiates a test for each backend, and for wgpu by both routes: with the SPIR-V of the
 /// kernels, and with naga's translation of it.
 #[macro_export]
 macro_rules! for_each_route {
-    ($($test:ident),* $(,)?) => {$(
-        mod $test {
-            #[test]
-            fn cpu() { super::$test($crate::BackendUnderTest::Cpu); }
-            #[test]
-            fn wgpu() { super::$test($crate::BackendUnderTest::Wgpu); }
-            #[test]
-            fn wgpu_naga() { super::$test($crate::BackendUnderTest::WgpuNaga); }
-            #[test]
-            fn cuda() { super::$test($crate::BackendUnderTest::Cuda); }
-        }
-    )*};
+    ($($test:ident),* $(,)?) => {
+        $($crate::instantiate!($test: cpu Cpu, wgpu Wgpu, wgpu_naga WgpuNaga, cuda Cuda);)*
+    };
 }
 
 /// Instantiates a test [for each route](crate::for_each_route), and for wgpu with WGSL.
 #[macro_export]
 macro_rules! for_each_translation {
     ($($test:ident),* $(,)?) => {$(
-        mod $test {
-            #[test]
-            fn cpu() { super::$test($crate::BackendUnderTest::Cpu); }
-            #[test]
-            fn wgpu() { super::$test($crate::BackendUnderTest::Wgpu); }
-            #[test]
-            fn wgpu_naga() { super::$test($crate::BackendUnderTest::WgpuNaga); }
-            #[test]
-            fn wgpu_wgsl() { super::$test($crate::BackendUnderTest::WgpuWgsl); }
-            #[test]
-            fn cuda() { super::$test($crate::BackendUnderTest::Cuda); }
-        }
+        $crate::instantiate!($test: cpu Cpu, wgpu Wgpu, wgpu_naga WgpuNaga, wgpu_wgsl WgpuWgsl, cuda Cuda);
     )*};
 }
 
