@@ -197,13 +197,37 @@ struct Modules {
     ptx: &'static str,
 }
 
+/// Embeds the SPIR-V of an entry point; not of those with a queue where WGSL is made of it, which
+/// has no such kernels.
+macro_rules! embedded_spirv {
+    ("render_persistent") => {
+        if cfg!(target_family = "wasm") { &[] } else { embedded_spirv!(always "render_persistent") }
+    };
+    ("render_general_persistent") => {
+        if cfg!(target_family = "wasm") { &[] } else { embedded_spirv!(always "render_general_persistent") }
+    };
+    ($text:tt) => { embedded_spirv!(always $text) };
+    (always $text:tt) => { include_bytes!(concat!("../prebuilt/spirv/", $text, ".spv")) };
+}
+
+/// Embeds the PTX of an entry point, where there may be CUDA.
+macro_rules! embedded_ptx {
+    ($text:tt) => {
+        if cfg!(target_family = "wasm") {
+            ""
+        } else {
+            include_str!(concat!("../prebuilt/ptx/", $text, ".ptx"))
+        }
+    };
+}
+
 macro_rules! modules {
     ($($name:ident $text:tt: $what:expr, $possible:expr, $certain:expr,)*) => { modules! { $($name $text: $what,)* } };
     ($($name:ident $text:tt: $what:expr,)*) => {
         &[$(Modules {
             name: $text,
-            spirv: include_bytes!(concat!("../prebuilt/spirv/", $text, ".spv")),
-            ptx: include_str!(concat!("../prebuilt/ptx/", $text, ".ptx")),
+            spirv: embedded_spirv!($text),
+            ptx: embedded_ptx!($text),
         },)*]
     };
 }
@@ -212,7 +236,7 @@ const RENDER: &[Modules] = for_each_render!(modules);
 
 macro_rules! book_modules {
     ($($name:ident $text:tt: $what:expr, $possible:expr, $certain:expr,)*) => {
-        &[$(($text, include_str!(concat!("../prebuilt/ptx/", $text, ".ptx"))),)*]
+        &[$(($text, embedded_ptx!($text)),)*]
     };
 }
 
@@ -252,7 +276,7 @@ pub fn workgroup(entry_point: &str) -> (u32, u32) {
 /// features (see [`specialise::spirv`](crate::specialise::spirv)); `None` if there is no such entry
 /// point.
 pub fn spirv(entry_point: &str) -> Option<&'static [u8]> {
-    modules_of(entry_point).map(|modules| modules.spirv)
+    modules_of(entry_point).map(|modules| modules.spirv).filter(|module| !module.is_empty())
 }
 
 /// Returns the PTX module that has only this entry point, in its form for all features (see
@@ -262,6 +286,9 @@ pub fn spirv(entry_point: &str) -> Option<&'static [u8]> {
 pub fn ptx(entry_point: &str, fast: bool) -> Option<Cow<'static, str>> {
     let of_book = BOOK_PTX.iter().find(|(name, _)| *name == entry_point).map(|(_, module)| *module);
     let module = of_book.or_else(|| modules_of(entry_point).map(|modules| modules.ptx))?;
+    if module.is_empty() {
+        return None;
+    }
     Some(if fast { Cow::Owned(fast_math::fast(module)) } else { Cow::Borrowed(module) })
 }
 

@@ -42,30 +42,13 @@ pub struct Shear {
 /// Returns `v` with its axes permuted cyclically, so that `axis` is the third.
 #[inline(always)]
 fn permute_axes(v: Vec3, axis: u32) -> Vec3 {
+    // Values that are there select without a branch, of which some compilers of drivers follow each
+    // combination.
     let (is_x, is_y) = (axis == 0, axis == 1);
-    Vec3::new(
-        if is_x {
-            v.y
-        } else if is_y {
-            v.z
-        } else {
-            v.x
-        },
-        if is_x {
-            v.z
-        } else if is_y {
-            v.x
-        } else {
-            v.y
-        },
-        if is_x {
-            v.x
-        } else if is_y {
-            v.y
-        } else {
-            v.z
-        },
-    )
+    let x = if is_y { v.z } else { v.x };
+    let y = if is_y { v.x } else { v.y };
+    let z = if is_y { v.y } else { v.z };
+    Vec3::new(if is_x { v.y } else { x }, if is_x { v.z } else { y }, if is_x { v.x } else { z })
 }
 
 impl Shear {
@@ -73,13 +56,8 @@ impl Shear {
     #[inline(always)]
     pub fn new(direction: Vec3) -> Self {
         let (x, y, z) = (direction.x.abs(), direction.y.abs(), direction.z.abs());
-        let axis = if x > y && x > z {
-            0
-        } else if y > z {
-            1
-        } else {
-            2
-        };
+        let others = if y > z { 1 } else { 2 };
+        let axis = if (x > y) & (x > z) { 0 } else { others };
         let d = permute_axes(direction, axis);
         let inverse = 1.0 / d.z;
         Self { axis, x: d.x * inverse, y: d.y * inverse, z: inverse }

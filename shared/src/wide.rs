@@ -10,7 +10,9 @@ mod packet;
 
 use crate::buffer::{borrow, eight_local, load_local, store_local};
 use crate::bvh::{Hit, NO_INSTANCE, NO_PRIMITIVE, RayQuery, STACK_SIZE, Visits};
-use crate::features::{AVX2, AVX512, COUNTED, FeatureSet, Features, INSTANCES, PLANAR, TRIANGLES};
+#[cfg(target_arch = "x86_64")]
+use crate::features::{AVX2, AVX512};
+use crate::features::{COUNTED, FeatureSet, Features, INSTANCES, PLANAR, TRIANGLES};
 use crate::params::RenderParams;
 use crate::primitive::{distance, is_closer};
 use crate::ray::Ray;

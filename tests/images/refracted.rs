@@ -59,35 +59,41 @@ enum Lamp {
 
 /// Returns the irradiance at a point of the floor, at `distance` from the centre of the ball of
 /// radius 1, from a lamp whose direction from the centre makes the angle `angle` with that to the
-/// point. `cosine` returns the cosine at the floor of a direction that is turned by an angle from
-/// that to the centre, away from the lamp.
+/// point. Light crosses the ball along `chords`, between which it is reflected; without one, the
+/// ball reflects it from outside. `cosine` returns the cosine at the floor of a direction that is
+/// turned by an angle from that to the centre, towards the lamp.
 ///
 /// All paths lie in one plane. A ray with the impact parameter b turns around the centre by
-/// π + g(b), with g(b) = 2 asin b − 2 asin(b/n) − asin(b/r) − asin(b/R); a ring of light of the
-/// width db covers a ring around the axis from lamp to centre.
-fn through_ball(distance: f64, angle: f64, lamp: Lamp, cosine: impl Fn(f64) -> f64) -> f64 {
+/// s(b) = 2 asin b − asin(b/r) − asin(b/R) + chords (π − 2 asin(b/n)); a ring of light of the width
+/// db covers a ring around the axis from lamp to centre.
+fn by_ball(distance: f64, angle: f64, lamp: Lamp, chords: i32, cosine: impl Fn(f64) -> f64) -> f64 {
     let far = |b: f64| match lamp {
         Lamp::Point { distance, .. } => (b / distance).asin(),
         Lamp::Sun { .. } => 0.0,
     };
-    let g = |b: f64| 2.0 * b.asin() - 2.0 * (b / IOR).asin() - (b / distance).asin() - far(b);
+    let turn = |b: f64| {
+        2.0 * b.asin() - (b / distance).asin() - far(b) + f64::from(chords) * (PI - 2.0 * (b / IOR).asin())
+    };
     let mut irradiance = 0.0;
-    for sign in [-1.0, 1.0] {
-        let wanted = sign * (PI - angle);
+    for (sign, wanted) in [(1.0, angle), (-1.0, 2.0 * PI - angle), (1.0, 2.0 * PI + angle)] {
         let steps = 10_000;
         for step in 1..steps {
             let [mut low, mut high] = [step, step + 1].map(|step| f64::from(step) / f64::from(steps));
-            if (g(low) - wanted) * (g(high) - wanted) > 0.0 {
+            if (turn(low) - wanted) * (turn(high) - wanted) > 0.0 {
                 continue;
             }
-            let rises = g(high) > g(low);
+            let rises = turn(high) > turn(low);
             while high - low > 1e-9 {
                 let middle = 0.5 * (low + high);
-                if (g(middle) < wanted) == rises { low = middle } else { high = middle }
+                if (turn(middle) < wanted) == rises { low = middle } else { high = middle }
             }
             let (b, step) = (0.5 * (low + high), 1e-7);
-            let slope = (g(b + step) - g(b - step)) / (2.0 * step);
-            let passed = (1.0 - reflectance(b)).powi(2);
+            let slope = (turn(b + step) - turn(b - step)) / (2.0 * step);
+            let reflected = reflectance(b);
+            let passed = match chords {
+                0 => reflected,
+                _ => (1.0 - reflected).powi(2) * reflected.powi(chords - 1),
+            };
             let source = match lamp {
                 Lamp::Point { distance, intensity } => {
                     intensity * b / (distance * distance * (1.0 - (b / distance).powi(2)).sqrt())
@@ -96,7 +102,7 @@ fn through_ball(distance: f64, angle: f64, lamp: Lamp, cosine: impl Fn(f64) -> f
             };
             let tilt = (b / distance).asin();
             let area = distance * distance * tilt.cos() * angle.sin() * slope.abs();
-            irradiance += source * passed / area * cosine(-sign * tilt).max(0.0);
+            irradiance += source * passed / area * cosine(sign * tilt).max(0.0);
         }
     }
     irradiance
@@ -108,7 +114,7 @@ fn below_ball(x: f64, height: f64, lamp: Lamp) -> f64 {
     let distance = x.hypot(height);
     // The lamp is straight above.
     let angle = PI - x.atan2(height);
-    through_ball(distance, angle, lamp, |turn| (x.atan2(height) - turn).cos())
+    by_ball(distance, angle, lamp, 1, |turn| (x.atan2(height) - turn).cos())
 }
 
 /// Returns the irradiance at a horizontal distance of a lamp at a height over the floor, through a
@@ -183,6 +189,34 @@ fn a_ball_is_as_in_closed_form(subject: BackendUnderTest) {
 }
 
 for_each_backend!(a_ball_is_as_in_closed_form);
+
+/// Points of the floor in the shadow of a disc, beside a ball at the height of the lamp: the ball
+/// reflects light from outside and, as in a rainbow, from within.
+fn a_ball_reflects_as_in_closed_form(subject: BackendUnderTest) {
+    let samples = if subject == BackendUnderTest::Cpu { 1024 } else { 8 };
+    let light = format!("Point(position: (6, {CENTER}, 0), intensity: (9, 9, 9))");
+    let lamp = Lamp::Point { distance: 6.0, intensity: 9.0 };
+    for (x, fewest_chords) in [(2.0, 0), (4.0, 2)] {
+        let (distance, angle) = (CENTER.hypot(x), CENTER.atan2(x));
+        let by = |chords| by_ball(distance, angle, lamp, chords, |turn| (x.atan2(CENTER) - turn).cos());
+        assert_eq!(fewest_chords == 2, by(2) > 0.0, "{x}");
+        let (middle, up) = (0.5 * (x + 6.0), 0.5 * CENTER);
+        let disc = format!(
+            "{}, Disc(center: ({middle}, {up}, 0), normal: ({}, {CENTER}, 0), radius: 0.2, material: \"floor\")",
+            ball(CENTER),
+            6.0 - x
+        );
+        let (scene, want) = (patch(x, &disc, &light), by(0) + by(1) + by(2));
+        eprintln!("{x}: {} from outside, {} from within", by(0), by(2));
+        let Some(holds) = is(subject, &scene, samples, want) else { return };
+        assert!(holds, "{x}: {want}");
+        if subject == BackendUnderTest::Cpu {
+            assert_eq!(is(subject, &scene, samples, 1.15 * want), Some(false), "negative control: {x}");
+        }
+    }
+}
+
+for_each_backend!(a_ball_reflects_as_in_closed_form);
 
 fn a_slab_is_as_in_closed_form(subject: BackendUnderTest) {
     let samples = if subject == BackendUnderTest::Cpu { 64 } else { 16 };

@@ -9,12 +9,13 @@ use crate::{
     BackendError, Buffer, Command, Device, DeviceInfo, DeviceKind, Dispatch, HostMemory, LentRecords,
 };
 use crate::{MathMode, RowTarget, Schedule, Traversal};
-use rayon::ThreadPool;
 use rayon::prelude::*;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use trisect_kernels::EntryPoint;
 use trisect_kernels::native::{Arguments, Array, Kernel, is_by_rows, native};
 use trisect_shared::features::Features;
+use trisect_system::threads::Pool;
+use web_time::Instant;
 
 /// Name of the backend.
 pub(crate) const NAME: &str = "cpu";
@@ -32,7 +33,7 @@ const FILL: usize = 1 << 20;
 pub struct Cpu {
     info: DeviceInfo,
     instructions: InstructionSet,
-    pool: ThreadPool,
+    pool: Pool,
 }
 
 impl Cpu {
@@ -56,7 +57,7 @@ impl Cpu {
             return Err(BackendError::Device { backend: NAME, action: "opening the device", message });
         }
         let pool = trisect_system::threads::pool(threads, "trisect-cpu")?;
-        let info = describe_with(pool.current_num_threads(), instructions);
+        let info = describe_with(pool.threads(), instructions);
         Ok(Self { info, instructions, pool })
     }
 

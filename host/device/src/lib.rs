@@ -4,9 +4,15 @@
 //! denoiser: the renderer of the crate `trisect` decides what is launched, once for all devices.
 //! [`open`] chooses a device as `--backend` does.
 
+#![cfg_attr(target_family = "wasm", allow(dead_code, reason = "what CUDA alone uses"))]
+
 mod buffer;
 mod command;
 pub mod cpu;
+#[cfg(not(target_family = "wasm"))]
+pub mod cuda;
+#[cfg(target_family = "wasm")]
+#[path = "cuda/absent.rs"]
 pub mod cuda;
 mod error;
 mod host_memory;

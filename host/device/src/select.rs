@@ -77,20 +77,20 @@ pub fn open(
             None | Some(0) => Ok(named(Box::new(cpu::Cpu::open(threads)?))),
             Some(index) => Err(BackendError::NoSuchDevice { backend: "cpu", index, devices: 1 }),
         },
-        Choice::Wgpu => Ok(named(Box::new(wgpu::Wgpu::open(device, wgpu::Route::PassThrough)?))),
-        Choice::Cuda => Ok(named(Box::new(cuda::Cuda::open(device)?))),
+        Choice::Wgpu => Ok(named(Box::new(wgpu::Wgpu::open(device, wgpu::Route::BEST)?))),
+        Choice::Cuda => Ok(named(cuda::open(device)?)),
         Choice::Auto => auto(threads),
     }
 }
 
 fn auto(threads: Option<usize>) -> Result<Selection, BackendError> {
-    let cuda = match cuda::Cuda::open(None) {
+    let cuda = match cuda::open(None) {
         Ok(device) => {
-            return Ok(Selection { device: Box::new(device), why: "auto: cuda comes first".to_owned() });
+            return Ok(Selection { device, why: "auto: cuda comes first".to_owned() });
         }
         Err(error) => first_line(&error),
     };
-    let opened = may_have_gpu().then(|| wgpu::Wgpu::open(None, wgpu::Route::PassThrough));
+    let opened = may_have_gpu().then(|| wgpu::Wgpu::open(None, wgpu::Route::BEST));
     let wgpu = match opened {
         Some(Ok(device)) => {
             return Ok(Selection { device: Box::new(device), why: format!("auto: {cuda}") });

@@ -5,10 +5,10 @@ use crate::stats::RenderStats;
 use glam::{DMat4, DVec3, DVec4, Vec3};
 use serde_json::Value;
 use std::path::Path;
-use std::time::SystemTime;
 use trisect_image::output::{CameraMetadata, Metadata, ToneMap};
 use trisect_scene::Rebase;
 use trisect_shared::camera::Camera;
+use web_time::SystemTime;
 
 /// Returns what decides an image of the scene `scene`, of whose path the file's name is kept, with
 /// `samples` per pixel, the mean over the image. Renders of one fingerprint with equal samples
@@ -45,10 +45,13 @@ pub fn add_display(metadata: &mut Metadata, stops: f32, tone_map: ToneMap) {
 /// Adds the device, the seconds of the render and the current date, RFC 3339 in UTC.
 pub fn add_run(metadata: &mut Metadata, stats: &RenderStats) {
     let seconds = stats.phases.render_seconds;
+    // The time of a browser's clock is another type.
+    let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+    let now = std::time::UNIX_EPOCH + now;
     metadata.entries.extend([
         ("Device", format!("{}: {}", stats.device.backend, stats.device.name)),
         ("Render Time", format!("{seconds:.3} s")),
-        ("Creation Time", humantime::format_rfc3339_seconds(SystemTime::now()).to_string()),
+        ("Creation Time", humantime::format_rfc3339_seconds(now).to_string()),
     ]);
 }
 

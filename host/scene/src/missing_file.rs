@@ -4,6 +4,7 @@ use super::shown_text::shown;
 use super::similar::nearest_file;
 use std::io::{Error, ErrorKind};
 use std::path::Path;
+use trisect_system::input;
 
 /// Maximum number of names of a folder that are compared.
 const MAX_NAMES: usize = 10_000;
@@ -48,9 +49,9 @@ pub(crate) fn has_suggestion(error: &Error) -> bool {
 /// folder, some are left out.
 pub(crate) fn names_in(folder: &Path) -> Vec<String> {
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    let entries = std::fs::read_dir(folder).into_iter().flatten().take(MAX_NAMES);
+    let entries = input::entries(folder).take(MAX_NAMES);
     let mut names: Vec<String> =
-        entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok()).collect();
+        entries.filter_map(|entry| Some(entry.file_name()?.to_str()?.to_owned())).collect();
     names.sort();
     names
 }
@@ -67,7 +68,7 @@ fn hint(path: &Path) -> Option<(String, bool)> {
     };
     // The first part of the path that is missing, and the folder that it would be in.
     let (mut missing, mut folder) = (path.to_owned(), folder_of(path)?);
-    while !folder.is_dir() {
+    while !input::is_folder(&folder) {
         let above = folder_of(&folder)?;
         (missing, folder) = (folder, above);
     }

@@ -9,7 +9,6 @@
 use crate::atomic_file::{Claim, write_atomic};
 use crate::input;
 use rayon::prelude::*;
-use std::fs::File;
 use std::io::{self, Read, Write};
 use std::path::Path;
 use thiserror::Error;
@@ -72,7 +71,7 @@ pub struct Contents {
 /// [`ChecksummedFileError`] for a file with another magic, and one that was truncated or damaged.
 /// At most twice the size of the file is allocated.
 pub fn read(path: &Path, magic: &[u8; 8]) -> Result<Contents, ChecksummedFileError> {
-    let mut file = input::open(path)?;
+    let mut file = input::open_file(path)?;
     let facts = file.metadata()?;
     // A file with another magic is not read as a whole.
     let mut bytes = Vec::new();
@@ -141,6 +140,17 @@ pub fn write(path: &Path, magic: &[u8; 8], header: &[u8], data: &[&[u8]]) -> io:
     write_atomic(path, |file| write_to(file, magic, header, data))
 }
 
+/// Returns the bytes of the file that [`write()`] writes.
+///
+/// # Errors
+///
+/// [`io::ErrorKind::InvalidInput`] for a header that is too long.
+pub fn encode(magic: &[u8; 8], header: &[u8], data: &[&[u8]]) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    write_to(&mut bytes, magic, header, data)?;
+    Ok(bytes)
+}
+
 /// Writes a file like [`write()`], if no file is there or the file is that of `claim`.
 ///
 /// # Errors
@@ -156,7 +166,7 @@ pub fn write_claimed(
     claim.replace(path, |file| write_to(file, magic, header, data))
 }
 
-fn write_to(file: &mut File, magic: &[u8; 8], header: &[u8], data: &[&[u8]]) -> io::Result<()> {
+fn write_to(file: &mut impl Write, magic: &[u8; 8], header: &[u8], data: &[&[u8]]) -> io::Result<()> {
     if header.len() as u64 > MAX_HEADER {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, "its header would be too long"));
     }

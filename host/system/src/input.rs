@@ -1,8 +1,10 @@
 //! Opens and reads the files that a user names, and the files that these name in turn.
 //!
-//! [`open`] is the only way to an input file. It refuses anything that is not a regular file:
-//! devices have no end, and a pipe waits for a writer that may never come.
+//! [`open`] is the only way to an input file. [`open_file`] refuses anything that is not a regular
+//! file: devices have no end, and a pipe waits for a writer that may never come.
 
+#[cfg(any(target_family = "wasm", test))]
+pub mod in_memory;
 mod opened;
 
 pub use opened::{OpenedFiles, record, recorded};
@@ -10,7 +12,7 @@ pub use opened::{OpenedFiles, record, recorded};
 use crate::memory;
 use std::fs::{File, Metadata, OpenOptions};
 use std::io::{Error, ErrorKind, Read, Result};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 /// Input that is not a regular file.
@@ -35,14 +37,34 @@ impl From<InputError> for Error {
     }
 }
 
-/// Opens a regular file for reading. Links are followed. It never waits, not even for a pipe's
-/// writer.
+/// Opens an input file as [`open_file`] does.
+///
+/// # Errors
+///
+/// Those of [`open_file`].
+#[cfg(not(target_family = "wasm"))]
+pub fn open(path: &Path) -> Result<File> {
+    open_file(path)
+}
+
+/// Opens a file that the page [gave](in_memory::put).
+///
+/// # Errors
+///
+/// [`ErrorKind::NotFound`] for another one.
+#[cfg(target_family = "wasm")]
+pub fn open(path: &Path) -> Result<in_memory::MemoryFile> {
+    in_memory::open(path)
+}
+
+/// Opens a regular file of the file system for reading. Links are followed. It never waits, not
+/// even for a pipe's writer.
 ///
 /// # Errors
 ///
 /// Returns the file system's error, or [`ErrorKind::InvalidInput`] for anything that is not a
 /// regular file.
-pub fn open(path: &Path) -> Result<File> {
+pub fn open_file(path: &Path) -> Result<File> {
     opened::note(path);
     // Checked before opening, because opening a device may have effects.
     check(&std::fs::metadata(path)?)?;
@@ -55,6 +77,22 @@ pub fn open(path: &Path) -> Result<File> {
     let file = options.open(path)?;
     check(&file.metadata()?)?;
     Ok(file)
+}
+
+/// Returns the paths of the files and folders in a folder, in no order; none if it cannot be read.
+pub fn entries(folder: &Path) -> Box<dyn Iterator<Item = PathBuf>> {
+    #[cfg(target_family = "wasm")]
+    return Box::new(in_memory::entries(folder).into_iter());
+    #[cfg(not(target_family = "wasm"))]
+    Box::new(std::fs::read_dir(folder).into_iter().flatten().filter_map(|entry| Some(entry.ok()?.path())))
+}
+
+/// Returns whether there is a folder of this path.
+pub fn is_folder(path: &Path) -> bool {
+    #[cfg(target_family = "wasm")]
+    return in_memory::is_folder(path);
+    #[cfg(not(target_family = "wasm"))]
+    path.is_dir()
 }
 
 fn check(facts: &Metadata) -> Result<()> {

@@ -18,8 +18,16 @@ pub fn available() -> u64 {
     limits.into_iter().flatten().fold(system(root), u64::min)
 }
 
+/// Returns the bytes that can be allocated now: what half of the address space leaves. Browsers may
+/// refuse the other half.
+#[cfg(target_family = "wasm")]
+pub fn available() -> u64 {
+    const PAGE: u64 = 1 << 16;
+    (2_u64 << 30).saturating_sub(core::arch::wasm32::memory_size(0) as u64 * PAGE)
+}
+
 /// Returns the bytes that can be allocated now without swapping.
-#[cfg(not(target_os = "linux"))]
+#[cfg(not(any(target_os = "linux", target_family = "wasm")))]
 pub fn available() -> u64 {
     use sysinfo::{MemoryRefreshKind, RefreshKind, System};
     let memory = MemoryRefreshKind::nothing().with_ram();

@@ -1,7 +1,8 @@
 //! Waiting threads that spin: they notice an event at once, but keep a processor from others. On a
 //! loaded host they are worse than threads that sleep, which the scheduler lets run when they wake.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
+use web_time::Instant;
 
 /// Gap between two looks of a thread that spins from which another thread had its processor.
 pub const GAP: Duration = Duration::from_micros(500);

@@ -80,10 +80,32 @@ pub fn start_shared(asked: Option<usize>) -> Result<(), ThreadError> {
     }
 }
 
+/// Pool of threads of its own; in a browser, the thread that calls.
+pub struct Pool(Option<ThreadPool>);
+
+impl Pool {
+    /// Runs `work`, whose parallel loops use the pool.
+    pub fn install<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+        match &self.0 {
+            Some(pool) => pool.install(work),
+            None => work(),
+        }
+    }
+
+    /// Returns the number of threads.
+    pub fn threads(&self) -> usize {
+        self.0.as_ref().map_or(1, ThreadPool::current_num_threads)
+    }
+}
+
 /// Starts a separate pool.
-pub fn pool(asked: Option<usize>, name: &'static str) -> Result<ThreadPool, ThreadError> {
+pub fn pool(asked: Option<usize>, name: &'static str) -> Result<Pool, ThreadError> {
+    if cfg!(target_family = "wasm") {
+        return Ok(Pool(None));
+    }
     let count = count(asked)?;
-    builder(count, name).build().map_err(|error| refused(count, "threads", &error))
+    let pool = builder(count, name).build().map_err(|error| refused(count, "threads", &error))?;
+    Ok(Pool(Some(pool)))
 }
 
 fn builder(count: usize, name: &'static str) -> ThreadPoolBuilder {
@@ -123,7 +145,7 @@ mod tests {
 
     #[test]
     fn a_pool_has_the_threads_asked_for() {
-        assert_eq!(pool(Some(3), "test").unwrap().current_num_threads(), 3);
+        assert_eq!(pool(Some(3), "test").unwrap().threads(), 3);
         assert_eq!(spawn("test", || 7).unwrap().join().unwrap(), 7);
         assert_eq!(start_shared(None), Ok(()));
         assert_eq!(start_shared(Some(1)), Ok(()), "it is there already");

@@ -40,10 +40,10 @@ pub(super) fn color(segment: u32) -> u32 {
 }
 
 /// Returns the block for the choice of a refracted connection, or for the start of one of its
-/// walks, up to 127.
+/// walks, up to 1023.
 #[inline(always)]
 pub(super) fn refracted(segment: u32, walk: u32) -> u32 {
-    (segment << 7 | walk) << KIND_BITS | 5
+    (segment << 10 | walk) << KIND_BITS | 5
 }
 
 /// Returns the block for the flight of a path's ray through a medium, after `passes` surfaces that

@@ -8,9 +8,10 @@
 //! walks are made until one finds that path again: their number estimates 1 over its probability
 //! without bias (Zeltner, Georgiev and Jakob, "Specular Manifold Sampling for Rendering
 //! High-Frequency Caustics and Glints", SIGGRAPH 2020, section 4.2), but for the limit
-//! [`MAX_TRIALS`].
+//! [`MAX_TRIALS`]. Some connections do so, too, for paths with a mirror: one of the first
+//! [`MIRRORS`] surfaces reflects below the critical angle. Paths with two such are left out.
 
-use super::tube::{Arrival, follow};
+use super::tube::{Arrival, NO_MIRROR, follow};
 use super::vertex::Vertex;
 use super::{Path, blocks};
 use crate::bsdf::Bsdf;
@@ -26,7 +27,16 @@ use glam::Vec3;
 
 /// Maximum number of walks that are made to find the path of the first random one again. Light on
 /// paths that fewer walks find is too dark.
-const MAX_TRIALS: u32 = 64;
+const MAX_TRIALS: u32 = 256;
+
+/// Number of bends, from the first on, one of which may be a reflection below the critical angle.
+const MIRRORS: u32 = 2;
+
+/// Number of choices, [`MIRRORS`] of which stand for a bend that reflects, the others for none.
+const MIRROR_CHOICES: u32 = 8;
+
+/// Number of the first [block](blocks::refracted) for walks with a mirror, after those without.
+const FIRST_MIRRORED: u32 = 0x1e0;
 
 /// Maximum number of tubes that a walk follows.
 const MAX_STEPS: u32 = 24;
@@ -78,6 +88,7 @@ unsafe fn walk<const POSSIBLE: Features>(
     light: &Light,
     start: Vec3,
     is_straight: bool,
+    mirror: u32,
     max_segments: u32,
 ) -> Walk {
     let sine = piece.sine();
@@ -89,7 +100,19 @@ unsafe fn walk<const POSSIBLE: Features>(
         direction = normalize(best + step * damping);
         // SAFETY: the caller's promise.
         arrival = unsafe {
-            follow(features, params, scene, path, from, piece, light, direction, is_straight, max_segments)
+            follow(
+                features,
+                params,
+                scene,
+                path,
+                from,
+                piece,
+                light,
+                direction,
+                is_straight,
+                mirror,
+                max_segments,
+            )
         };
         rays += arrival.rays;
         steps += 1;
@@ -158,15 +181,32 @@ impl Path {
         let limit = SAME * piece.sine();
         let (mut straight, mut has_straight) = (Vec3::ZERO, false);
         let (mut found, mut radiance) = (Vec3::ZERO, Vec3::ZERO);
-        let (mut walks, mut going) = (0, true);
+        let (mut walks, mut first_block, mut going) = (0, 0, true);
+        let mut weight = piece.inverse_probability * lights;
+        // Few connections also follow a path with a mirror, which has little light.
+        let (mut mirror, mut next_mirror) = (NO_MIRROR, mul_high(random.y, MIRROR_CHOICES));
         while going {
-            let mut start = piece.direction(self.key.words(blocks::refracted(self.segment, walks)));
+            let block = blocks::refracted(self.segment, first_block + walks);
+            let mut start = piece.direction(self.key.words(block));
             if walks == 0 {
                 start = to_light;
             }
             // SAFETY: the caller's promise.
             let walk = unsafe {
-                walk(features, params, scene, self, vertex, &piece, &light, start, walks == 0, max_segments)
+                let towards = walks == 0;
+                walk(
+                    features,
+                    params,
+                    scene,
+                    self,
+                    vertex,
+                    &piece,
+                    &light,
+                    start,
+                    towards,
+                    mirror,
+                    max_segments,
+                )
             };
             self.rays += walk.rays;
             let (from_straight, from_found) = (walk.direction - straight, walk.direction - found);
@@ -189,8 +229,14 @@ impl Path {
                 going = !is_same && walks <= MAX_TRIALS;
             }
             walks += 1;
+            if !going {
+                let trials = (walks - 2) as f32;
+                self.radiance += self.throughput * radiance * (weight * trials);
+                going = next_mirror < MIRRORS;
+                (mirror, next_mirror) = (next_mirror, MIRRORS);
+                (walks, first_block, has_straight) = (1, FIRST_MIRRORED, false);
+                weight = piece.inverse_probability * lights * MIRROR_CHOICES as f32;
+            }
         }
-        let trials = (walks - 2) as f32;
-        self.radiance += self.throughput * radiance * (piece.inverse_probability * lights * trials);
     }
 }

@@ -20,11 +20,14 @@ use crate::sphere::MISS;
 use crate::traversal::closest_hit;
 use glam::Vec3;
 
-/// Maximum number of surfaces that refract a connection, or reflect it totally.
+/// Maximum number of surfaces that refract or reflect a connection.
 const MAX_BENDS: u32 = 4;
 
+/// No bend of a tube is a reflection below the critical angle.
+pub(super) const NO_MIRROR: u32 = u32::MAX;
+
 /// Number of the first [block](blocks::refracted) for flights through media, after those of walks.
-const FIRST_FLIGHT: u32 = 0x60;
+const FIRST_FLIGHT: u32 = 0x3e0;
 
 /// End of a tube at a light. (Vectors begin rows of 16 bytes: naga lays records out so.)
 #[repr(C, align(16))]
@@ -90,8 +93,8 @@ impl Tube {
         self.origin_v += self.along_v * distance;
     }
 
-    /// Refracts the tube at a surface of smooth glass, or reflects it totally. Returns false where
-    /// the tube ends.
+    /// Refracts the tube at a surface of smooth glass, or reflects it: totally, or as the bend
+    /// `mirror`. Returns false where the tube ends.
     ///
     /// # Safety
     ///
@@ -104,6 +107,7 @@ impl Tube {
         params: &RenderParams,
         scene: Scene,
         at: &Vertex,
+        mirror: u32,
     ) -> bool {
         let (front, incoming) = (at.is_front(), self.ray.direction);
         let normals = at.facing_normals(features, params, front);
@@ -113,7 +117,8 @@ impl Tube {
         // The ray becomes `scale` times itself plus `bend` times the normal; `slope` is the
         // derivative of `bend` by the cosine.
         let (mut scale, mut bend, mut slope) = (1.0, 2.0 * cos, 2.0);
-        let is_total = cos2 <= 0.0;
+        let (is_total, is_mirror) = (cos2 <= 0.0, self.bends == mirror);
+        let is_reflected = is_total || is_mirror;
         if !is_total {
             let refracted = sqrt(cos2);
             let reflectance = if features.has::<SCHLICK>() {
@@ -121,9 +126,11 @@ impl Tube {
             } else {
                 fresnel::dielectric(cos, refracted, eta)
             };
-            self.passed *= 1.0 - reflectance;
-            (scale, bend) = (eta, eta * cos - refracted);
-            slope = eta - eta * eta * cos * (1.0 / refracted);
+            self.passed *= if is_mirror { reflectance } else { 1.0 - reflectance };
+            if !is_mirror {
+                (scale, bend) = (eta, eta * cos - refracted);
+                slope = eta - eta * eta * cos * (1.0 / refracted);
+            }
         }
         // SAFETY: a primitive was hit; the caller's promise.
         let curvature = unsafe { Curvature::at(features, params, scene, at.hit, &at.surface) };
@@ -140,13 +147,14 @@ impl Tube {
         self.along_u = self.along_u * scale + n * (slope * cos_u) + normal_u * bend;
         self.along_v = self.along_v * scale + n * (slope * cos_v) + normal_v * bend;
         let direction = normalize(incoming * scale + n * bend);
-        self.ray = at.leave(features, direction, front != is_total);
-        if features.has::<MEDIA>() && !is_total {
+        self.ray = at.leave(features, direction, front != is_reflected);
+        if features.has::<MEDIA>() && !is_reflected {
             self.media = self.media.cross(at.material.medium, front);
         }
         self.bends += 1;
         self.segments += 1;
-        cos > 0.0 && (direction.dot(normals.geometric) > 0.0) == is_total
+        // Walks without a mirror find what is reflected totally.
+        cos > 0.0 && (direction.dot(normals.geometric) > 0.0) == is_reflected && !(is_total && is_mirror)
     }
 
     /// Passes a surface straight, unless no light is left. Returns false where the tube ends.
@@ -205,7 +213,8 @@ impl Tube {
 }
 
 /// Follows a tube from a vertex towards the light, along `direction`. The glass `piece` must be the
-/// first that bends it, unless `any_piece`.
+/// first that bends it, unless `any_piece`. The bend with the number `mirror` is a reflection below
+/// the critical angle; a tube with fewer bends does not arrive.
 ///
 /// # Safety
 ///
@@ -222,8 +231,10 @@ pub(super) unsafe fn follow<const POSSIBLE: Features>(
     light: &Light,
     direction: Vec3,
     any_piece: bool,
+    mirror: u32,
     max_segments: u32,
 ) -> Arrival {
+    let least_bends = if mirror == NO_MIRROR { 1 } else { mirror + 1 };
     let inside = direction.dot(from.surface.normal) < 0.0;
     let (along_u, along_v) = basis(direction);
     let mut tube = Tube {
@@ -248,7 +259,9 @@ pub(super) unsafe fn follow<const POSSIBLE: Features>(
         let hit = unsafe { closest_hit(features, params, scene, ray, RayQuery::CLOSEST) };
         rays += 1;
         going = false;
-        if light.kind != DIRECTIONAL {
+        // Before that many bends the tube may pass the light.
+        let is_last = tube.bends >= least_bends;
+        if light.kind != DIRECTIONAL && is_last {
             reach = (light.position - ray.origin).dot(ray.direction);
         }
         if features.has::<MEDIA>() {
@@ -259,7 +272,7 @@ pub(super) unsafe fn follow<const POSSIBLE: Features>(
                 unsafe { path.transmittance(features, params, scene, tube.media, ray, distance, block) };
         }
         if hit.primitive == NO_PRIMITIVE || hit.distance >= reach {
-            arrived = tube.bends > 0 && reach > 0.0;
+            arrived = is_last && reach > 0.0;
         } else {
             // SAFETY: a primitive was hit; the caller's promise.
             let at = unsafe { Vertex::at(features, params, scene, ray, hit, slots::PASSING) };
@@ -269,7 +282,7 @@ pub(super) unsafe fn follow<const POSSIBLE: Features>(
                 going = tube.pass(features, params, &at, max_segments);
             } else if is_part && tube.bends < MAX_BENDS && tube.segments < max_segments {
                 // SAFETY: the caller's promise.
-                going = unsafe { tube.bend(features, params, scene, &at) };
+                going = unsafe { tube.bend(features, params, scene, &at, mirror) };
             }
         }
     }

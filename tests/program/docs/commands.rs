@@ -155,6 +155,7 @@ pages! {
     how_to_far_away_scenes: "docs/how-to/far-away-scenes.md",
     how_to_camera_paths: "docs/how-to/camera-paths.md",
     how_to_aovs: "docs/how-to/aovs.md",
+    how_to_in_a_browser: "docs/how-to/in-a-browser.md",
     how_to_platforms: "docs/how-to/platforms.md",
 }
 

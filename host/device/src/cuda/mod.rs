@@ -42,6 +42,11 @@ const GRID_LIMIT: u32 = 65_535;
 /// Maximum number of pixels in a launch of persistent lanes, which count them in 32 bits.
 const MAX_QUEUE: u64 = 1 << 31;
 
+/// Opens the device with this index, or the first.
+pub(crate) fn open(index: Option<usize>) -> Result<Box<dyn Device>, BackendError> {
+    Ok(Box::new(Cuda::open(index)?))
+}
+
 /// Stream of a CUDA device.
 pub struct Cuda {
     info: DeviceInfo,

@@ -3,8 +3,9 @@
 use super::driver::failed;
 use crate::BackendError;
 use cudarc::driver::{CudaEvent, DriverError, sys};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use trisect_system::spin::SpinGuard;
+use web_time::Instant;
 
 /// Time for which a thread spins: waking a thread that sleeps takes a small part of it.
 const SPIN: Duration = Duration::from_millis(2);

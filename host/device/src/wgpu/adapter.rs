@@ -1,10 +1,10 @@
 //! Adapters of wgpu, and the device opened on one, whose errors are kept instead of panicking.
 
+use super::futures::block_on;
 use crate::{BackendError, DeviceInfo, DeviceKind};
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 use wgpu::{
-    Adapter, Backend, Backends, DeviceDescriptor, DeviceType, Features, Instance, InstanceDescriptor,
-    PollType, Queue,
+    Adapter, Backend, Backends, DeviceDescriptor, DeviceType, Features, Instance, InstanceDescriptor, Queue,
 };
 
 /// Open device and its queue.
@@ -23,28 +23,29 @@ impl Gpu {
             Some(message) => Err(BackendError::Device { backend: "wgpu", action, message }),
         }
     }
-
-    /// Waits for all submitted work.
-    pub fn wait(&self, action: &'static str) -> Result<(), BackendError> {
-        self.device.poll(PollType::wait_indefinitely()).map_err(|error| BackendError::Device {
-            backend: "wgpu",
-            action,
-            message: error.to_string(),
-        })?;
-        self.check(action)
-    }
 }
 
 /// The only instance: some drivers refuse further ones after about thirty in one process, even
 /// when the former are gone.
 static INSTANCE: LazyLock<Instance> = LazyLock::new(|| {
     let mut descriptor = InstanceDescriptor::new_without_display_handle();
-    descriptor.backends = Backends::VULKAN | Backends::METAL | Backends::DX12;
+    descriptor.backends = Backends::VULKAN | Backends::METAL | Backends::DX12 | Backends::BROWSER_WEBGPU;
     Instance::new(descriptor)
 });
 
+#[cfg(not(target_family = "wasm"))]
 fn adapters() -> Vec<Adapter> {
-    pollster::block_on(INSTANCE.enumerate_adapters(Backends::all()))
+    block_on(INSTANCE.enumerate_adapters(Backends::all()))
+}
+
+/// Returns the adapter that the browser chooses, which is the only one that it shows.
+#[cfg(target_family = "wasm")]
+fn adapters() -> Vec<Adapter> {
+    let options = wgpu::RequestAdapterOptions {
+        power_preference: wgpu::PowerPreference::HighPerformance,
+        ..Default::default()
+    };
+    block_on(INSTANCE.request_adapter(&options)).into_iter().collect()
 }
 
 /// Returns the features that a device of this adapter is opened with.
@@ -75,6 +76,16 @@ fn describe(index: usize, adapter: &Adapter) -> DeviceInfo {
     }
 }
 
+#[cfg(target_family = "wasm")]
+fn none() -> BackendError {
+    BackendError::Unavailable {
+        backend: "wgpu",
+        reason: "the browser offers no WebGPU adapter".to_owned(),
+        remedy: "use a browser with WebGPU, or render on the CPU".to_owned(),
+    }
+}
+
+#[cfg(not(target_family = "wasm"))]
 fn none() -> BackendError {
     BackendError::Unavailable {
         backend: "wgpu",
@@ -105,7 +116,7 @@ pub(super) fn open(index: Option<usize>) -> Result<(DeviceInfo, Gpu), BackendErr
     let Some(adapter) = adapters.get(index) else {
         return Err(BackendError::NoSuchDevice { backend: "wgpu", index, devices: adapters.len() });
     };
-    let (device, queue) = pollster::block_on(adapter.request_device(&DeviceDescriptor {
+    let (device, queue) = block_on(adapter.request_device(&DeviceDescriptor {
         label: Some("trisect"),
         required_features: features(adapter.get_info().backend, adapter.features()),
         required_limits: adapter.limits(), // the defaults are far below what hardware allows

@@ -2,6 +2,7 @@
 //! naga.
 
 mod adapter;
+mod futures;
 mod memory;
 mod pipeline;
 mod run;
@@ -9,6 +10,7 @@ mod scene_bindings;
 mod storage_params;
 mod timer;
 mod transfer;
+mod waiting;
 
 pub use adapter::devices;
 
@@ -35,8 +37,17 @@ pub enum Route {
     /// Through naga, which reads SPIR-V and writes the driver's language.
     Naga,
     /// Through WGSL, which naga writes and reads, as browsers get the kernels.
-    #[cfg(feature = "wgsl")]
+    #[cfg(any(feature = "wgsl", target_family = "wasm"))]
     Wgsl,
+}
+
+impl Route {
+    /// Route of this system: a browser takes WGSL, drivers what they support.
+    #[cfg(target_family = "wasm")]
+    pub const BEST: Self = Self::Wgsl;
+    /// Route of this system: a browser takes WGSL, drivers what they support.
+    #[cfg(not(target_family = "wasm"))]
+    pub const BEST: Self = Self::PassThrough;
 }
 
 /// Usage of the buffers that kernels see.

@@ -188,7 +188,7 @@ fn module(
         return Ok(module);
     }
     let source = match route {
-        #[cfg(feature = "wgsl")]
+        #[cfg(any(feature = "wgsl", target_family = "wasm"))]
         Route::Wgsl => {
             let text = trisect_kernels::wgsl(bytemuck::cast_slice(&words));
             ShaderSource::Wgsl(text.map_err(|message| failed("translating a kernel", message))?.into())

@@ -7,7 +7,8 @@ use super::timer::Timer;
 use super::{NAME, STORAGE, Wgpu};
 use crate::command::{check_range, check_rows, handle};
 use crate::{BackendError, Command, Dispatch, RowTarget};
-use std::time::{Duration, Instant};
+use std::time::Duration;
+use web_time::Instant;
 use wgpu::{Buffer, BufferUsages, CommandEncoder, ComputePassDescriptor};
 
 /// Number of launches of most submissions.

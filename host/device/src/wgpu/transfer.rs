@@ -59,8 +59,7 @@ impl Gpu {
         buffer.slice(..bytes).map_async(mode, move |result| {
             let _ = sender.send(result);
         });
-        self.wait(action)?;
-        let mapped = receiver.recv().map_err(|error| failed(action, &error))?;
+        let mapped = self.wait_for(&receiver, action)?;
         mapped.map_err(|error| failed(action, &error))
     }
 }

@@ -5,7 +5,8 @@ use super::strategy::{candidates, choose_strategy, warm_up};
 use super::{Free, Trial};
 use crate::Error;
 use crate::render::{RenderObserver, Renderer, Settings};
-use std::time::{Duration, Instant};
+use std::time::Duration;
+use web_time::Instant;
 
 /// Time of the trial that tells how long the render should take, for each half.
 const FIRST_TRIAL: Duration = Duration::from_millis(2);

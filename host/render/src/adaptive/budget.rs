@@ -5,7 +5,7 @@ use super::budget_run::{BudgetResult, BudgetRun};
 use super::preparation::{BudgetPlan, prepare};
 use crate::Error;
 use crate::render::{RenderObserver, Renderer, Settings};
-use std::time::Instant;
+use web_time::Instant;
 
 /// Maximum number of passes; each ends closer to the end of the time.
 const MAX_PASSES: usize = 32;

@@ -11,8 +11,9 @@ use super::strategy::choose_strategy;
 use super::{Adaptive, FilterTrial, Noise, Trial, allocate};
 use crate::Error;
 use crate::render::{RenderObserver, Renderer, Settings};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use trisect_image::Image;
+use web_time::Instant;
 
 /// Share of the time for the trial of each strategy, once for each half.
 const TRIAL_SHARE: f64 = 0.004;

@@ -8,11 +8,11 @@ use crate::denoise::Denoiser;
 use crate::film::TASK;
 use crate::render::{Renderer, Settings};
 use rayon::prelude::*;
-use std::time::Instant;
 use trisect_image::Image;
 use trisect_image::metrics::REL_MSE_EPSILON as EPSILON;
 use trisect_shared::aovs::AovSums;
 use trisect_shared::film::PixelSums;
+use web_time::Instant;
 
 /// Maximum shares of the time budget: for trials on both halves, and for a trial on one half. The
 /// second is also the maximum for the filter itself if the image is noisier than [`NOISY`].

@@ -5,7 +5,7 @@ use super::renderer::AdaptiveRenderer;
 use super::sampling_pass::PassBudget;
 use super::{Adaptive, Noise, allocate};
 use crate::Error;
-use std::time::Instant;
+use web_time::Instant;
 
 /// Samples of each half before the first decision: the variance of fewer says little.
 const FIRST: u32 = 8;

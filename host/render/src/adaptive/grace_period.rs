@@ -3,7 +3,8 @@
 use crate::Error;
 use crate::render::RenderObserver;
 use std::ops::ControlFlow;
-use std::time::{Duration, Instant};
+use std::time::Duration;
+use web_time::Instant;
 
 /// Total number of progress steps that an observer sees.
 pub(super) const STEPS: u64 = 1000;

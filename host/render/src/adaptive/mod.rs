@@ -33,8 +33,9 @@ use crate::film::Film;
 use crate::render::{RenderObserver, Renderer, Sampler, Settings, Summation};
 use crate::stats::RenderStats;
 use renderer::AdaptiveRenderer;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use trisect_image::Image;
+use web_time::Instant;
 
 /// Goal that ends a render.
 #[derive(Clone, Copy, Debug, PartialEq)]

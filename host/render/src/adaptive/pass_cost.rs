@@ -6,8 +6,8 @@ use super::renderer::{AdaptiveRenderer, of_half};
 use super::sampling_pass::{Launches, PassCost};
 use crate::Error;
 use crate::render::{RenderObserver, Renderer, Settings};
-use std::time::Instant;
 use trisect_device::DeviceKind;
+use web_time::Instant;
 
 /// Time of a pass over all pixels.
 #[derive(Clone, Copy)]

@@ -10,8 +10,9 @@ use crate::Error;
 use crate::denoise::oidn::OidnError;
 use crate::denoise::{DenoiseError, Denoiser};
 use crate::render::{RenderObserver, Renderer, Settings, SettingsError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use trisect_device::BackendError;
+use web_time::Instant;
 
 /// Budget, and what may be chosen.
 #[derive(Clone, Copy)]

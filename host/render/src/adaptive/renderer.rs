@@ -12,9 +12,10 @@ use crate::render::{Sampler, Settings, TileSamples};
 use std::cell::Cell;
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use trisect_image::Image;
 use trisect_shared::film::CHUNK_SAMPLES;
+use web_time::Instant;
 
 /// Mask of the seed for the second half.
 const OTHER_SEED: u32 = 0x9e37_79b9;

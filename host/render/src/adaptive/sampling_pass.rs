@@ -5,8 +5,8 @@ use super::allocate;
 use super::noise_map::NoiseMap;
 use super::renderer::AdaptiveRenderer;
 use crate::Error;
-use std::time::Instant;
 use trisect_shared::film::CHUNK_SAMPLES;
+use web_time::Instant;
 
 /// Number of launches for each half.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

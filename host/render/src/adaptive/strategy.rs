@@ -9,9 +9,10 @@ use super::{Free, Trial};
 use crate::Error;
 use crate::film::RowSet;
 use crate::render::{RenderObserver, Renderer, Sampler, Settings};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use trisect_device::DeviceKind;
 use trisect_shared::film::CHUNK_SAMPLES;
+use web_time::Instant;
 
 /// Number of rows rendered to compile the kernels: those of a tile.
 const WARM_UP_ROWS: u32 = 8;

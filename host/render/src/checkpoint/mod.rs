@@ -260,6 +260,17 @@ pub fn write(path: &Path, header: &Header, film: &Film) -> Result<(), Checkpoint
     with_data(film, |data| checksummed_file::write(path, MAGIC, &header, data)).map_err(io)
 }
 
+/// Returns the bytes of the file that [`write()`] writes.
+///
+/// # Errors
+///
+/// [`CheckpointError::Io`] for a header that is too long.
+pub fn encode(header: &Header, film: &Film) -> Result<Vec<u8>, CheckpointError> {
+    let io = |source: io::Error| CheckpointError::Io { path: PathBuf::from(&header.scene), source };
+    let header = stored(header, film).map_err(io)?;
+    with_data(film, |data| checksummed_file::encode(MAGIC, &header, data)).map_err(io)
+}
+
 /// Writes a checkpoint if there is no file at `path`, or if that file is the one of `claim`.
 fn write_claimed(
     path: &Path,

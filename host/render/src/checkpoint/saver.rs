@@ -8,8 +8,9 @@ use std::str::FromStr;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::sync::{Mutex, PoisonError};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use trisect_system::threads;
+use web_time::Instant;
 
 /// Interval between checkpoints.
 #[derive(Clone, Copy, Debug, PartialEq)]

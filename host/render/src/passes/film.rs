@@ -217,14 +217,16 @@ impl DeviceFilm {
         }
         device.compile(entry_point, of.math)?;
         let output = device.allocate(size_of_val(hits) as u64, "the first hits")?;
-        let unused = device.allocate(0, "the first hits")?;
+        // A browser refuses a launch that binds one buffer as several writable arrays.
+        let mut unused = || device.allocate(0, "the first hits");
+        let unused = [unused()?, unused()?, unused()?];
         let rows = RowSet::from(0..of.height);
         let launch = Dispatch {
             entry_point,
             math: of.math,
             params: bytes_of(params),
             lengths: bytes_of(&scene.lengths),
-            arrays: scene.of_launch([&output, &unused, &unused, &unused], false)?,
+            arrays: scene.of_launch([&output, &unused[0], &unused[1], &unused[2]], false)?,
             threads: (of.width, of.height),
         };
         let read = Command::Read { from: &output, to: RowTarget::records(hits, &rows) };

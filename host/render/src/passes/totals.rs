@@ -8,12 +8,12 @@ use crate::film::{AovTotals, PixelTotals, RadianceTotals, Summation, TASK};
 use bytemuck::{Pod, cast_slice};
 use rayon::prelude::*;
 use std::ops::Range;
-use std::time::Instant;
 use trisect_device::{BackendError, Buffer, Command, Device, DeviceKind, RowSet, RowTarget};
 use trisect_kernels::{FILM_ADD, FILM_READ};
 use trisect_shared::totals::{
     AOV_SUMS, RADIANCE_SUMS, READ_AOV_WORDS, READ_RADIANCE_WORDS, READ_WORDS, SUMS, TotalsParams,
 };
+use web_time::Instant;
 
 /// Maximum number of bytes that the host reads at a time, except for a single row.
 const MAX_READ: u64 = 8 << 20;

@@ -5,8 +5,8 @@ use crate::film::{ExactSum, RadianceTotals, TASK};
 use bytemuck::Zeroable;
 use rayon::prelude::*;
 use std::sync::OnceLock;
-use std::time::Instant;
 use trisect_shared::film::PixelSums;
+use web_time::Instant;
 
 /// Number of pixels that a measurement adds: more than caches hold.
 const PIXELS: usize = 1 << 19;

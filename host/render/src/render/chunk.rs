@@ -9,11 +9,12 @@ use super::{RenderObserver, Renderer, Settings};
 use crate::Error;
 use crate::film::RowSet;
 use std::ops::{ControlFlow, Range};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use trisect_kernels::EntryPoint;
 use trisect_shared::aovs::AovSums;
 use trisect_shared::film::{CHUNK_SAMPLES, PixelSums};
 use trisect_shared::params::FLAG_END_OF_CHUNK;
+use web_time::Instant;
 
 /// Sums over the samples of a chunk of some rows, packed (row after row, without gaps), as the
 /// device returned them.

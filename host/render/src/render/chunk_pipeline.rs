@@ -7,10 +7,11 @@ use crate::Error;
 use crate::film::RowSet;
 use std::ops::{ControlFlow, Range};
 use std::thread::ScopedJoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use trisect_device::DeviceKind;
 use trisect_kernels::EntryPoint;
 use trisect_system::threads::refused;
+use web_time::Instant;
 
 /// Total times of some chunks.
 #[derive(Default)]

@@ -65,7 +65,6 @@ pub use scene_tree::{SceneTree, TreeReuse};
 pub use shutter::{Moment, Shutter};
 pub use started_frame::{ShownFrame, StartedFrame};
 use std::ops::{ControlFlow, Range};
-use std::time::Instant;
 pub(crate) use summation::Room;
 use summation::{BlockResult, FilmBlock};
 use tile_entry_cache::TileEntryCache;
@@ -78,6 +77,7 @@ use trisect_shared::camera::Camera;
 use trisect_shared::denoise::FilteredPixel;
 use trisect_shared::path::FirstHit;
 pub use update::SceneReuse;
+use web_time::Instant;
 
 /// Observer of a render, which may cancel it.
 pub trait RenderObserver {

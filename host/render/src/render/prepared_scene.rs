@@ -10,10 +10,10 @@ use crate::bvh::{BvhQuality, Wide};
 use crate::lights::Lights;
 use crate::passes::{SceneArrays, ValidScene, WideSource, WrittenArray};
 use crate::stats::Phases;
-use std::time::Instant;
 use trisect_device::Device;
 use trisect_scene::Scene;
 use trisect_system::memory;
+use web_time::Instant;
 
 /// Number of primitives beyond which the memory of one BVH is worth returning before the next.
 const LARGE: usize = 1 << 19;

@@ -9,9 +9,10 @@ use crate::Error;
 use crate::film::{Film, FilmCounts, FilmError, SampleBlock, Summation};
 use crate::stats::RenderStats;
 use std::ops::Range;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use trisect_device::DeviceKind;
 use trisect_shared::film::CHUNK_SAMPLES;
+use web_time::Instant;
 
 /// Target duration in seconds of a part on a CPU, and so the delay after a request to stop.
 const PART_SECONDS: f64 = 2.0;

@@ -6,7 +6,8 @@ use crate::Error;
 use crate::denoise::{DenoiseSettings, TemporalSettings};
 use crate::film::HostFrame;
 use crate::passes::StartedDisplay;
-use std::time::{Duration, Instant};
+use std::time::Duration;
+use web_time::Instant;
 
 /// Frame that the device may still render. It also runs if this is dropped.
 pub struct StartedFrame {

@@ -5,8 +5,9 @@ use super::Renderer;
 use crate::Error;
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use trisect_device::Started;
+use web_time::Instant;
 
 /// Maximum number of submissions that run while the host prepares another.
 const MAX_RUNNING: usize = 1;

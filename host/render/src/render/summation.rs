@@ -13,10 +13,11 @@ use crate::film::{
 };
 use std::ops::{ControlFlow, Range};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use trisect_device::{BackendError, DeviceKind};
 use trisect_kernels::EntryPoint;
 use trisect_system::{memory, threads};
+use web_time::Instant;
 
 /// Maximum time for which chunks are on a device only. A device that fails takes them with it.
 const MAX_UNREAD: Duration = Duration::from_secs(30);

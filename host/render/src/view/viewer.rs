@@ -12,10 +12,11 @@ use crate::render::{
 use glam::Vec3;
 use std::collections::VecDeque;
 use std::ops::Range;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use trisect_image::Image;
 use trisect_scene::{CameraPose, PartName};
 use trisect_shared::aovs::AovSums;
+use web_time::Instant;
 
 /// Options that can change from frame to frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -126,6 +127,11 @@ impl Viewer {
     /// Returns the renderer with the scene on its backend.
     pub fn renderer(&mut self) -> &mut Renderer {
         &mut self.renderer
+    }
+
+    /// Returns the renderer itself, for another scene.
+    pub fn into_renderer(self) -> Renderer {
+        self.renderer
     }
 
     /// Returns whether another frame would show nothing new: options and pose are those of the last

@@ -18,7 +18,7 @@ pub struct Claim {
 impl Claim {
     /// Returns a claim to an existing file, or to the name if there is no file.
     pub fn of(path: &Path) -> Self {
-        Self { file: input::open(path).ok() }
+        Self { file: input::open_file(path).ok() }
     }
 
     /// Replaces the file like [`write_atomic`](super::write_atomic), if it is the one of this claim

@@ -1,5 +1,6 @@
 //! Outputs that are neither regular files nor folders: character devices and pipes.
 
+#[cfg(unix)]
 use super::{MAX_LINKS, folder};
 use crate::input::kind;
 use std::fs::{self, Metadata};
@@ -46,6 +47,7 @@ fn is_writable(_: &Path, _: &Metadata) -> bool {
 
 /// Returns whether a path, or a link that it leads through, names a descriptor of this process. A
 /// shell's `>(command)` is such a path.
+#[cfg(unix)]
 fn is_descriptor(path: &Path) -> bool {
     let mut path = path.to_owned();
     for _ in 0..MAX_LINKS {

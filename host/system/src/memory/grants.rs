@@ -2,7 +2,8 @@
 //! than the render of a small image.
 
 use std::sync::{Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
+use web_time::Instant;
 
 /// Maximum sum of requests in bytes that are granted without a query.
 pub const SMALL: u64 = 4 << 20;

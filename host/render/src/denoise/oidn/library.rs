@@ -1,7 +1,10 @@
 //! The library of Open Image Denoise, loaded at run time, and its functions.
 
 use super::{OidnError, VARIABLE};
-use libloading::Library as Loaded;
+#[cfg(target_family = "wasm")]
+use absent::{Error as LoadError, Library as Loaded};
+#[cfg(not(target_family = "wasm"))]
+use libloading::{Error as LoadError, Library as Loaded};
 use std::ffi::{CStr, OsStr, c_char, c_int, c_void};
 use std::mem::ManuallyDrop;
 use std::path::{Path, PathBuf};
@@ -166,8 +169,34 @@ impl Library {
 
 /// Returns why the loader refused a file, in one line. On some systems the loader's message is the
 /// source of the error.
-fn describe(file: &Path, error: &libloading::Error) -> String {
+fn describe(file: &Path, error: &LoadError) -> String {
     let name = file.display().to_string();
     let text = std::error::Error::source(error).map_or_else(|| error.to_string(), ToString::to_string);
     if text.contains(&name) { text } else { format!("{name}: {text}") }
+}
+
+/// Loader of a system that loads no libraries: a browser.
+#[cfg(target_family = "wasm")]
+mod absent {
+    use std::path::Path;
+
+    /// Refusal to load a library.
+    #[derive(Debug, thiserror::Error)]
+    #[error("a browser loads no libraries")]
+    pub struct Error;
+
+    /// Library, of which there is none.
+    pub enum Library {}
+
+    impl Library {
+        /// Returns why no library is loaded.
+        pub unsafe fn new(_: &Path) -> Result<Self, Error> {
+            Err(Error)
+        }
+
+        /// Returns no function: there is no library.
+        pub unsafe fn get<T>(&self, _: &str) -> Result<&T, Error> {
+            match *self {}
+        }
+    }
 }

@@ -20,10 +20,11 @@ use inputs::Inputs;
 use library::Library;
 use margin::Margin;
 use std::sync::OnceLock;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use trisect_image::Image;
 use trisect_shared::aovs::AovSums;
 use trisect_shared::film::PixelSums;
+use web_time::Instant;
 
 /// Environment variable with the path of the library, or of a folder that has it.
 pub const VARIABLE: &str = "TRISECT_OIDN_LIBRARY";

@@ -1,0 +1,269 @@
+// The page: options, frames while the camera moves, and the image that is rendered and saved.
+
+import { Camera } from "./camera.js";
+import { dropped, FileError, picked, read } from "./files.js";
+import { Renderer, RendererError } from "./renderer.js";
+
+const at = (id) => document.getElementById(id);
+const renderer = new Renderer();
+const canvas = at("canvas");
+const camera = new Camera(canvas);
+const screen = canvas.getContext("2d");
+
+// Frames while the camera moves take about this many seconds, by fewer pixels.
+const MOVING_SECONDS = 0.08;
+
+// What the page shows: the scene's files and path, whether an image is being rendered, and a number that grows with each load.
+const state = { given: null, loaded: false, rendering: false, version: 0, scale: 1, drawing: false };
+
+function say(text) {
+  at("status").textContent = text;
+}
+
+function complain(error) {
+  at("error").textContent = error.message;
+  at("error").hidden = false;
+  at("remedy").hidden = !(error instanceof RendererError);
+  if (!(error instanceof RendererError || error instanceof FileError)) console.error(error);
+}
+
+function forgive() {
+  at("error").hidden = at("remedy").hidden = true;
+}
+
+// Runs what a control began; what goes wrong is said in the page.
+async function attempt(work) {
+  forgive();
+  try {
+    return await work();
+  } catch (error) {
+    complain(error);
+  }
+}
+
+function image() {
+  const number = (id) => {
+    const field = at(id);
+    if (!field.checkValidity()) throw new FileError(`${field.labels[0].textContent.trim()}: ${field.validationMessage}`);
+    return Number(field.value);
+  };
+  return {
+    width: number("width"),
+    height: number("height"),
+    samples: number("samples"),
+    depth: number("depth"),
+    denoise: at("denoise").value || null,
+    stops: Number(at("stops").value),
+  };
+}
+
+function draw({ facts, bytes }) {
+  if (!bytes?.length) return;
+  const { width, height } = facts;
+  if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
+  screen.putImageData(new ImageData(new Uint8ClampedArray(bytes.buffer), width, height), 0, 0);
+}
+
+function showSize() {
+  canvas.style.aspectRatio = `${at("width").value} / ${at("height").value}`;
+  canvas.style.width = `${at("width").value}px`;
+}
+
+// Renders live frames until the image rests.
+async function frames() {
+  if (state.drawing || state.rendering || !state.loaded) return;
+  state.drawing = true;
+  const version = state.version;
+  try {
+    while (state.loaded && !state.rendering && version === state.version) {
+      const moving = camera.isMoving;
+      const scale = moving ? state.scale : 1;
+      const wanted = image();
+      const answer = await renderer.call({ do: "view", image: wanted, scale, moves: camera.take() });
+      if (version !== state.version || state.rendering) break;
+      draw(answer);
+      const { samples, seconds, rests } = answer.facts;
+      if (moving && seconds) {
+        state.scale = Math.min(1, Math.max(0.1, scale * Math.sqrt(MOVING_SECONDS / seconds)));
+      }
+      if (samples) say(`Live: ${samples} of ${wanted.samples} samples per pixel.`);
+      if (rests && !camera.isMoving) break;
+    }
+  } catch (error) {
+    if (version === state.version) complain(error);
+  } finally {
+    state.drawing = false;
+  }
+}
+
+function showWarnings(warnings) {
+  const details = at("warnings");
+  details.hidden = warnings.length === 0;
+  details.querySelector("summary").textContent = `${warnings.length} warning${warnings.length === 1 ? "" : "s"}`;
+  details.querySelector("ul").replaceChildren(
+    ...warnings.map((text) => Object.assign(document.createElement("li"), { textContent: text })),
+  );
+}
+
+async function open(backend) {
+  state.loaded = false;
+  state.version++;
+  const { facts } = await renderer.call({ do: "open", backend });
+  const why = facts.why ? ` – not on a GPU: ${facts.why}` : "";
+  at("device").textContent = `${facts.backend === "wgpu" ? "WebGPU" : "CPU"}: ${facts.name || "unnamed adapter"}${why}`;
+  return facts;
+}
+
+// Loads the scene `path` of these files, pairs of path and bytes.
+async function load({ path, panorama, files }) {
+  state.loaded = false;
+  state.version++;
+  say(`Reading ${path}…`);
+  const copies = files.map(([name, bytes]) => [name, bytes.slice(0)]);
+  const { facts } = await renderer.call({ do: "load", path, panorama }, copies, true);
+  state.given = { path, panorama, files };
+  for (const id of ["width", "height", "samples", "depth"]) at(id).value = facts[id];
+  showSize();
+  showWarnings(facts.warnings);
+  at("fingerprint").textContent = "–";
+  for (const id of ["save-png", "save-exr"]) at(id).disabled = true;
+  state.loaded = true;
+  say(`${facts.name}: ${facts.primitives} primitives.`);
+  const mode = document.querySelector("input[name=mode]:checked").value;
+  camera.add({ orbit: mode === "orbit" });
+  return facts;
+}
+
+async function fetched(path) {
+  const answer = await fetch(path);
+  if (!answer.ok) throw new FileError(`${path} could not be loaded: ${answer.status} ${answer.statusText}`);
+  return answer.arrayBuffer();
+}
+
+// Loads a scene of the page's own list.
+async function loadListed({ path, files }) {
+  say(`Loading ${path}…`);
+  const contents = await Promise.all(files.map(async (file) => [file, await fetched(file)]));
+  return load({ path, files: contents });
+}
+
+async function take(pairs) {
+  const { scene, panorama, files } = await read(pairs);
+  if (scene) return load({ path: scene, files });
+  if (!state.given) throw new FileError("A panorama needs a scene: load one first.");
+  const { path } = state.given;
+  const kept = state.given.files.filter(([name]) => !files.some(([other]) => other === name));
+  return load({ path, panorama, files: [...kept, ...files] });
+}
+
+// Renders the image part by part. Returns the facts of the last one.
+async function render() {
+  const wanted = image();
+  state.rendering = true;
+  at("render").disabled = true;
+  at("stop").disabled = at("progress").hidden = false;
+  at("progress").value = 0;
+  at("fingerprint").textContent = "–";
+  try {
+    await renderer.call({ do: "begin", image: wanted });
+    let facts = { done: false };
+    while (state.rendering && !facts.done) {
+      const answer = await renderer.call({ do: "part" });
+      draw(answer);
+      facts = answer.facts;
+      for (const id of ["save-png", "save-exr"]) at(id).disabled = false;
+    }
+    if (facts.done) at("fingerprint").textContent = facts.fingerprint;
+    say(facts.done ? `${facts.samples} samples per pixel in ${facts.seconds.toFixed(1)} s.` : "Stopped; what is there can be saved.");
+    return facts;
+  } finally {
+    state.rendering = false;
+    at("render").disabled = false;
+    at("stop").disabled = at("progress").hidden = true;
+  }
+}
+
+async function save(name) {
+  const { bytes } = await renderer.call({ do: "save", name });
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(new Blob([bytes]));
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
+}
+
+async function reopen(backend) {
+  await open(backend);
+  if (state.given) await load(state.given);
+  frames();
+}
+
+function listen() {
+  const options = at("options");
+  options.addEventListener("submit", (event) => event.preventDefault());
+  for (const id of ["width", "height", "samples", "depth", "denoise", "stops"]) {
+    at(id).addEventListener("input", () => {
+      at("stops-shown").textContent = `${at("stops").value} stops`;
+      showSize();
+      attempt(frames);
+    });
+  }
+  camera.onmove = () => frames();
+  for (const radio of document.querySelectorAll("input[name=mode]")) {
+    radio.addEventListener("change", () => camera.add({ orbit: radio.value === "orbit" }));
+  }
+  at("reset").addEventListener("click", () => camera.add("reset"));
+  at("render").addEventListener("click", () => attempt(render));
+  at("stop").addEventListener("click", () => {
+    state.rendering = false;
+    renderer.stop();
+  });
+  at("save-png").addEventListener("click", () => attempt(() => save("image.png")));
+  at("save-exr").addEventListener("click", () => attempt(() => save("image.exr")));
+  at("backend").addEventListener("change", () => attempt(() => reopen(at("backend").value)));
+  at("retry").addEventListener("click", () => attempt(() => reopen(at("backend").value)));
+  at("on-cpu").addEventListener("click", () => {
+    at("backend").value = "cpu";
+    attempt(() => reopen("cpu"));
+  });
+  at("files").addEventListener("change", () => attempt(() => take(picked(at("files").files)).then(frames)));
+  const stage = document.body;
+  for (const kind of ["dragenter", "dragover"]) {
+    stage.addEventListener(kind, (event) => {
+      event.preventDefault();
+      at("stage").classList.add("over");
+    });
+  }
+  stage.addEventListener("dragleave", () => at("stage").classList.remove("over"));
+  stage.addEventListener("drop", (event) => {
+    event.preventDefault();
+    at("stage").classList.remove("over");
+    const pairs = dropped(event.dataTransfer);
+    attempt(async () => take(await pairs).then(frames));
+  });
+  renderer.onprogress = (done, total) => {
+    at("progress").value = total > 0 ? done / total : 0;
+  };
+}
+
+async function begin() {
+  listen();
+  navigator.serviceWorker?.register("./offline.js").catch(() => {});
+  const scenes = JSON.parse(new TextDecoder().decode(await fetched("scenes.json")));
+  at("scene").replaceChildren(...scenes.map(({ name }) => new Option(name)));
+  at("scene").addEventListener("change", () =>
+    attempt(() => loadListed(scenes[at("scene").selectedIndex]).then(frames)),
+  );
+  const asked = new URLSearchParams(location.search);
+  const backend = ["wgpu", "cpu"].includes(asked.get("backend")) ? asked.get("backend") : "auto";
+  at("backend").value = backend;
+  await open(backend);
+  if (asked.get("scene") === "none") return;
+  const first = Math.max(0, scenes.findIndex(({ name }) => name === asked.get("scene")));
+  at("scene").selectedIndex = first;
+  await loadListed(scenes[first]);
+  frames();
+}
+
+// For other programs that drive the page.
+window.trisect = { renderer, ready: attempt(begin), load, loadListed, open };

@@ -1,0 +1,50 @@
+// Worker that renders: it hands requests to the WebAssembly module, one after the other, and posts the answers.
+
+import init, * as trisect from "./trisect_web.js";
+import { canSuspend } from "./suspend.js";
+
+let perform;
+
+async function start() {
+  const exports = await init({ module_or_path: new URL("./trisect_web_bg.wasm", import.meta.url) });
+  perform = canSuspend ? WebAssembly.promising(exports.perform) : exports.perform;
+}
+
+const started = start();
+
+// Backends that this browser can use, with the reason why not all.
+function usable(request) {
+  const lacks = !canSuspend
+    ? "This browser has no JavaScript Promise Integration, which a GPU needs."
+    : !navigator.gpu
+      ? "This browser has no WebGPU, or the page was not loaded from https or localhost."
+      : "";
+  if (request.do !== "open" || request.backend === "cpu" || !lacks) return [request, ""];
+  if (request.backend === "wgpu") throw new Error(lacks);
+  return [{ ...request, backend: "cpu" }, lacks];
+}
+
+async function answer({ id, request, files, forget }) {
+  try {
+    await started;
+    if (forget) trisect.forget_files();
+    for (const [path, bytes] of files ?? []) trisect.put_file(path, new Uint8Array(bytes));
+    const [possible, why] = usable(request);
+    trisect.set_request(JSON.stringify(possible));
+    await perform();
+    const facts = JSON.parse(trisect.facts());
+    if (why && facts.why === "") facts.why = why;
+    const bytes = trisect.take_bytes();
+    postMessage({ id, facts, bytes }, [bytes.buffer]);
+  } catch (error) {
+    // What Rust cannot go on from: a panic, or no more memory.
+    postMessage({ id, facts: { error: error.message }, dead: error instanceof WebAssembly.RuntimeError });
+  }
+}
+
+let queue = Promise.resolve();
+onmessage = ({ data }) => {
+  // A wish to stop does not wait for the request that it stops.
+  if (data.stop) trisect.stop();
+  else queue = queue.then(() => answer(data));
+};
