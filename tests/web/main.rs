@@ -5,7 +5,8 @@
 mod browser;
 mod page;
 
-use page::{Page, SOFTWARE_ADAPTER, served};
+use browser::Browser;
+use page::{Page, SOFTWARE_ADAPTER, Server, served};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use trisect::film::Film;
@@ -125,11 +126,11 @@ fn files_are_picked_and_refused_in_words() {
     let model = scenes.join("gltf/features.glb");
     let cut = &std::fs::read(&model).unwrap()[..5000];
     let cases = [
+        (vec![scenes.join("textures/sky.hdr")], "A panorama needs a scene"),
         (vec![file("cut.glb", cut)], "cut.glb"),
         (vec![file("notes.txt", b"none")], "No scene among these files"),
         (vec![file("bad.ron", b"Scene(version: 1, objects: [Sphre()])")], "bad.ron"),
         (vec![file("lone.gltf", &std::fs::read(scenes.join("gltf/features.gltf")).unwrap())], "features"),
-        (vec![scenes.join("textures/sky.hdr")], "A panorama needs a scene"),
     ];
     for (files, words) in cases {
         pick(&mut page, &files);
@@ -143,12 +144,30 @@ fn files_are_picked_and_refused_in_words() {
     std::fs::File::create(&large).unwrap().set_len(3 << 30).unwrap();
     pick(&mut page, &[large]);
     page.browser.wait_for(is_shown);
-    assert!(text(&mut page, "error").contains("The files have 3072 MiB; a page can read at most 1024 MiB"));
+    assert!(text(&mut page, "error").contains("The files have 3072 MiB; a page can read at most 512 MiB"));
     // A model is shown, then in front of a panorama.
-    pick(&mut page, &[model]);
-    page.browser.wait_for("/primitives|Live/.test(document.getElementById('status').textContent)");
+    pick(&mut page, std::slice::from_ref(&model));
+    page.browser.wait_for("/Live/.test(document.getElementById('live').textContent)");
     pick(&mut page, &[scenes.join("textures/sky.hdr")]);
-    page.browser.wait_for("/Live/.test(document.getElementById('status').textContent)");
+    page.browser.wait_for("/Live/.test(document.getElementById('live').textContent)");
+    assert_eq!(page.browser.value("document.getElementById('error').hidden"), json!(true));
+    // What is refused leaves the scene before, and its frames.
+    pick(&mut page, &[file("cut_again.glb", cut)]);
+    page.browser.wait_for(is_shown);
+    let live = "document.getElementById('live')";
+    page.browser.wait_for(&format!("/Live/.test({live}.textContent)"));
+    page.browser.value(&format!("{live}.textContent = ''"));
+    page.browser.value("document.getElementById('canvas').focus()");
+    press(&mut page.browser, "ArrowLeft", 37);
+    page.browser.wait_for(&format!("/Live/.test({live}.textContent)"));
+    // Another scene in the middle of a render ends it without a complaint.
+    page.browser.value("document.getElementById('render').click()");
+    page.browser.wait_for("!document.getElementById('progress').hidden");
+    page.browser.value(
+        "(() => { const scene = document.getElementById('scene'); scene.selectedIndex = 1; scene.dispatchEvent(new Event('change')); })()",
+    );
+    page.browser.wait_for("/cornell_box/.test(document.getElementById('status').textContent)");
+    page.browser.wait_for(&format!("/Live/.test({live}.textContent)"));
     assert_eq!(page.browser.value("document.getElementById('error').hidden"), json!(true));
 }
 
@@ -173,4 +192,50 @@ fn without_a_gpu_the_cpu_renders() {
     page.browser.value("trisect.open('cpu').then(() => true)");
     page.load(&scene);
     page.film(&Settings { width: 8, height: 8, samples: 1, ..Settings::of(&Scene::load(&scene).unwrap()) });
+}
+
+/// The page takes at most 5 MB, compressed, and works when its server is gone. Each control is
+/// reached by the keyboard, which also moves the camera.
+#[test]
+fn the_page_is_small_and_works_offline_and_by_keyboard() {
+    let Some((_, file)) = served() else { return };
+    let server = Server::start("offline").unwrap();
+    let gzipped = server.built.split(", ").find_map(|part| part.strip_suffix(" MB gzipped")).unwrap();
+    assert!(gzipped.parse::<f64>().unwrap() <= 5.0, "{}", server.built);
+    let url = format!("{}?backend=cpu&scene=Cornell%20box", server.url);
+    let mut browser = Browser::start(file, &[]);
+    browser.open(&url);
+    browser.value("trisect.ready.then(() => navigator.serviceWorker.ready).then(() => true)");
+    // The service worker has all files once it controls the page.
+    browser.wait_for("navigator.serviceWorker.controller !== null");
+    drop(server);
+    browser.open("about:blank");
+    browser.open(&url);
+    browser.value("trisect.ready.then(() => true)");
+    browser.wait_for("/Live: /.test(document.getElementById('live').textContent)");
+    assert_eq!(browser.text("fetch('none').then(() => 'served', () => 'gone')"), "gone");
+    let mut seen = Vec::new();
+    for _ in 0..14 {
+        press(&mut browser, "Tab", 9);
+        seen.push(browser.text("document.activeElement.id"));
+    }
+    for id in
+        ["canvas", "scene", "files", "width", "samples", "denoise", "stops", "reset", "render", "backend"]
+    {
+        assert!(seen.iter().any(|name| name == id), "{id} is not reached: {seen:?}");
+    }
+    let samples = "Number(/Live: (\\d+)/.exec(document.getElementById('live').textContent)?.[1] ?? 0)";
+    browser.wait_for(&format!("{samples} > 2"));
+    browser.value("document.getElementById('canvas').focus()");
+    press(&mut browser, "ArrowLeft", 37);
+    browser.wait_for(&format!("{samples} === 1"));
+}
+
+fn press(browser: &mut Browser, key: &str, code: u32) {
+    for kind in ["keyDown", "keyUp"] {
+        browser.call(
+            "Input.dispatchKeyEvent",
+            json!({ "type": kind, "key": key, "code": key, "windowsVirtualKeyCode": code }),
+        );
+    }
 }

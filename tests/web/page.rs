@@ -8,7 +8,6 @@ use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::OnceLock;
-use tempfile::TempDir;
 use trisect::checkpoint::Checkpoint;
 use trisect::film::Film;
 use trisect::render::Settings;
@@ -22,15 +21,20 @@ pub struct Server {
     child: Child,
     /// Address of the page.
     pub url: String,
-    folder: TempDir,
+    /// Line that the build printed, with the page's size.
+    pub built: String,
+    folder: PathBuf,
 }
+
+/// Seconds after which a server ends that no test ended: that of a static variable is not dropped.
+const LIFETIME: &str = "1200";
 
 /// Returns the served page, which is built once, and the browser's file; `None` with a message
 /// where something is missing and `REQUIRE_BACKENDS` does not name `webgpu`.
 pub fn served() -> Option<(&'static Server, PathBuf)> {
     static SERVER: OnceLock<Result<Server, String>> = OnceLock::new();
     let found = Browser::find().ok_or_else(|| "there is no Chromium".to_owned());
-    let found = found.and_then(|file| Ok((SERVER.get_or_init(Server::start).as_ref()?, file)));
+    let found = found.and_then(|file| Ok((SERVER.get_or_init(|| Server::start("page")).as_ref()?, file)));
     let required = std::env::var("REQUIRE_BACKENDS").unwrap_or_default();
     match found {
         Ok(found) => Some(found),
@@ -45,28 +49,32 @@ pub fn served() -> Option<(&'static Server, PathBuf)> {
 }
 
 impl Server {
-    fn start() -> Result<Self, String> {
+    /// Builds the page into a folder of this name and serves it.
+    pub fn start(name: &str) -> Result<Self, String> {
         let program = trisect_tests::binary().with_file_name("trisect-page");
-        let folder = tempfile::tempdir().unwrap();
-        let mut command = Command::new(&program);
-        command.arg("--output").arg(folder.path().join("page")).args(["--serve", "127.0.0.1:0"]);
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+        let mut command = Command::new("timeout");
+        command.arg(LIFETIME).arg(&program).arg("--output").arg(&folder).args(["--serve", "127.0.0.1:0"]);
         let started = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
         let mut child = started.map_err(|error| format!("{}: {error}", program.display()))?;
         let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+        let mut built = String::new();
         let url = lines.by_ref().map_while(Result::ok).find_map(|line| {
             eprintln!("{line}");
-            Some(line.split_once(" at ")?.1.to_owned())
+            let url = line.split_once(" at ").map(|(_, url)| url.to_owned());
+            built = if url.is_none() { line } else { std::mem::take(&mut built) };
+            url
         });
         let Some(url) = url else {
             let output = child.wait_with_output().unwrap();
             return Err(format!("the page is not built: {}", String::from_utf8_lossy(&output.stderr)));
         };
-        Ok(Self { child, url, folder })
+        Ok(Self { child, url, built, folder })
     }
 
     /// Puts a file among those that are served, and returns its path for the page.
     fn put(&self, from: &Path, path: &str) {
-        let to = self.folder.path().join("page").join(path);
+        let to = self.folder.join(path);
         std::fs::create_dir_all(to.parent().unwrap()).unwrap();
         std::fs::copy(from, to).unwrap();
     }
@@ -75,6 +83,7 @@ impl Server {
 impl Drop for Server {
     fn drop(&mut self) {
         let _ = self.child.kill();
+        let _ = self.child.wait();
     }
 }
 

@@ -18,12 +18,16 @@ pub fn available() -> u64 {
     limits.into_iter().flatten().fold(system(root), u64::min)
 }
 
-/// Returns the bytes that can be allocated now: what half of the address space leaves. Browsers may
-/// refuse the other half.
+/// Bytes that are allocated, in a browser: its module counts them, as WebAssembly's memory never
+/// shrinks.
+#[cfg(target_family = "wasm")]
+pub static ALLOCATED: std::sync::atomic::AtomicUsize = std::sync::atomic::AtomicUsize::new(0);
+
+/// Returns the bytes that can be allocated now: what is left of three quarters of the address
+/// space. Memory is fragmented, and browsers may refuse the rest.
 #[cfg(target_family = "wasm")]
 pub fn available() -> u64 {
-    const PAGE: u64 = 1 << 16;
-    (2_u64 << 30).saturating_sub(core::arch::wasm32::memory_size(0) as u64 * PAGE)
+    (3_u64 << 30).saturating_sub(ALLOCATED.load(std::sync::atomic::Ordering::Relaxed) as u64)
 }
 
 /// Returns the bytes that can be allocated now without swapping.

@@ -3,7 +3,7 @@
 const SCENES = [".ron", ".glb", ".gltf", ".pbrt", ".xml", ".obj", ".ply", ".stl"];
 const PANORAMAS = [".hdr", ".exr", ".pfm"];
 // WebAssembly addresses 4 GiB, and a scene needs several times its files.
-const MOST_BYTES = 2 ** 30;
+const MOST_BYTES = 2 ** 29;
 
 export class FileError extends Error {}
 

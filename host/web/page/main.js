@@ -2,7 +2,7 @@
 
 import { Camera } from "./camera.js";
 import { dropped, FileError, picked, read } from "./files.js";
-import { Renderer, RendererError } from "./renderer.js";
+import { Renderer, RendererError, WorkerError } from "./renderer.js";
 
 const at = (id) => document.getElementById(id);
 const renderer = new Renderer();
@@ -13,8 +13,10 @@ const screen = canvas.getContext("2d");
 // Frames while the camera moves take about this many seconds, by fewer pixels.
 const MOVING_SECONDS = 0.08;
 
-// What the page shows: the scene's files and path, whether an image is being rendered, and a number that grows with each load.
-const state = { given: null, loaded: false, rendering: false, version: 0, scale: 1, drawing: false };
+// What the page shows: the scene that was asked for last, whether one is loaded, whether an image is being rendered, and
+// numbers that grow with each scene that is asked for and that is loaded.
+const state = { wanted: null, loaded: false, rendering: false, asked: 0, version: 0, scale: 1, drawing: false };
+let scenes = [];
 
 function say(text) {
   at("status").textContent = text;
@@ -24,6 +26,7 @@ function complain(error) {
   at("error").textContent = error.message;
   at("error").hidden = false;
   at("remedy").hidden = !(error instanceof RendererError);
+  if (error instanceof WorkerError) state.loaded = false;
   if (!(error instanceof RendererError || error instanceof FileError)) console.error(error);
 }
 
@@ -86,7 +89,7 @@ async function frames() {
       if (moving && seconds) {
         state.scale = Math.min(1, Math.max(0.1, scale * Math.sqrt(MOVING_SECONDS / seconds)));
       }
-      if (samples) say(`Live: ${samples} of ${wanted.samples} samples per pixel.`);
+      if (samples) at("live").textContent = `Live: ${samples} of ${wanted.samples} samples per pixel.`;
       if (rests && !camera.isMoving) break;
     }
   } catch (error) {
@@ -105,23 +108,37 @@ function showWarnings(warnings) {
   );
 }
 
-async function open(backend) {
-  state.loaded = false;
+// Ends what runs for the scene before: frames, and an image.
+function leave() {
   state.version++;
+  state.loaded = false;
+  if (state.rendering) renderer.stop();
+  state.rendering = false;
+  at("live").textContent = "";
+}
+
+async function open(backend) {
+  leave();
   const { facts } = await renderer.call({ do: "open", backend });
   const why = facts.why ? ` – not on a GPU: ${facts.why}` : "";
   at("device").textContent = `${facts.backend === "wgpu" ? "WebGPU" : "CPU"}: ${facts.name || "unnamed adapter"}${why}`;
   return facts;
 }
 
-// Loads the scene `path` of these files, pairs of path and bytes.
+// Loads the scene `path` of these files, pairs of path and bytes. If it is refused, the scene before stays.
 async function load({ path, panorama, files }) {
-  state.loaded = false;
-  state.version++;
+  const before = state.loaded;
+  leave();
+  state.wanted = { path, panorama, files };
   say(`Reading ${path}…`);
-  const copies = files.map(([name, bytes]) => [name, bytes.slice(0)]);
-  const { facts } = await renderer.call({ do: "load", path, panorama }, copies, true);
-  state.given = { path, panorama, files };
+  let facts;
+  try {
+    ({ facts } = await renderer.call({ do: "load", path, panorama }, files, true));
+  } catch (error) {
+    state.loaded = before && !(error instanceof WorkerError);
+    say("");
+    throw error;
+  }
   for (const id of ["width", "height", "samples", "depth"]) at(id).value = facts[id];
   showSize();
   showWarnings(facts.warnings);
@@ -130,8 +147,20 @@ async function load({ path, panorama, files }) {
   state.loaded = true;
   say(`${facts.name}: ${facts.primitives} primitives.`);
   const mode = document.querySelector("input[name=mode]:checked").value;
+  camera.take();
   camera.add({ orbit: mode === "orbit" });
   return facts;
+}
+
+// Runs what finds files and loads them, unless another scene was asked for meanwhile; then frames follow.
+async function ask(find) {
+  const asked = ++state.asked;
+  try {
+    const found = await find();
+    if (asked === state.asked) await load(found);
+  } finally {
+    if (asked === state.asked) frames();
+  }
 }
 
 async function fetched(path) {
@@ -140,46 +169,54 @@ async function fetched(path) {
   return answer.arrayBuffer();
 }
 
-// Loads a scene of the page's own list.
-async function loadListed({ path, files }) {
+// Fetches a scene of the page's own list.
+async function listed({ path, files }) {
   say(`Loading ${path}…`);
-  const contents = await Promise.all(files.map(async (file) => [file, await fetched(file)]));
-  return load({ path, files: contents });
+  return { path, files: await Promise.all(files.map(async (file) => [file, await fetched(file)])) };
 }
 
-async function take(pairs) {
+// Reads the files of pairs of path and file: a scene, or a panorama for the scene before.
+async function given(pairs) {
   const { scene, panorama, files } = await read(pairs);
-  if (scene) return load({ path: scene, files });
-  if (!state.given) throw new FileError("A panorama needs a scene: load one first.");
-  const { path } = state.given;
-  const kept = state.given.files.filter(([name]) => !files.some(([other]) => other === name));
-  return load({ path, panorama, files: [...kept, ...files] });
+  if (scene) return { path: scene, files };
+  if (!state.wanted) throw new FileError("A panorama needs a scene: load one first.");
+  const { path, panorama: earlier, files: before } = state.wanted;
+  const kept = before.filter(([name]) => name !== earlier && !files.some(([other]) => other === name));
+  return { path, panorama, files: [...kept, ...files] };
 }
 
 // Renders the image part by part. Returns the facts of the last one.
 async function render() {
   const wanted = image();
+  const version = state.version;
+  const isOurs = () => state.rendering && version === state.version;
   state.rendering = true;
-  at("render").disabled = true;
+  at("render").disabled = at("save-png").disabled = at("save-exr").disabled = true;
   at("stop").disabled = at("progress").hidden = false;
   at("progress").value = 0;
   at("fingerprint").textContent = "–";
   try {
     await renderer.call({ do: "begin", image: wanted });
     let facts = { done: false };
-    while (state.rendering && !facts.done) {
+    while (isOurs() && !facts.done) {
       const answer = await renderer.call({ do: "part" });
+      if (version !== state.version) return facts;
       draw(answer);
       facts = answer.facts;
       for (const id of ["save-png", "save-exr"]) at(id).disabled = false;
     }
+    if (version !== state.version) return facts;
     if (facts.done) at("fingerprint").textContent = facts.fingerprint;
     say(facts.done ? `${facts.samples} samples per pixel in ${facts.seconds.toFixed(1)} s.` : "Stopped; what is there can be saved.");
     return facts;
+  } catch (error) {
+    if (version === state.version) throw error;
   } finally {
-    state.rendering = false;
+    if (version === state.version) state.rendering = false;
     at("render").disabled = false;
     at("stop").disabled = at("progress").hidden = true;
+    camera.take();
+    if (version !== state.version) frames();
   }
 }
 
@@ -192,10 +229,10 @@ async function save(name) {
   setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
 }
 
+// Opens a device, and loads the scene that was asked for last.
 async function reopen(backend) {
   await open(backend);
-  if (state.given) await load(state.given);
-  frames();
+  await ask(async () => state.wanted ?? listed(scenes[at("scene").selectedIndex]));
 }
 
 function listen() {
@@ -226,7 +263,11 @@ function listen() {
     at("backend").value = "cpu";
     attempt(() => reopen("cpu"));
   });
-  at("files").addEventListener("change", () => attempt(() => take(picked(at("files").files)).then(frames)));
+  at("files").addEventListener("change", () => {
+    const pairs = picked(at("files").files);
+    attempt(() => ask(() => given(pairs)).finally(() => (at("files").value = "")));
+  });
+  at("scene").addEventListener("change", () => attempt(() => ask(() => listed(scenes[at("scene").selectedIndex]))));
   const stage = document.body;
   for (const kind of ["dragenter", "dragover"]) {
     stage.addEventListener(kind, (event) => {
@@ -239,7 +280,7 @@ function listen() {
     event.preventDefault();
     at("stage").classList.remove("over");
     const pairs = dropped(event.dataTransfer);
-    attempt(async () => take(await pairs).then(frames));
+    attempt(() => ask(async () => given(await pairs)));
   });
   renderer.onprogress = (done, total) => {
     at("progress").value = total > 0 ? done / total : 0;
@@ -249,21 +290,15 @@ function listen() {
 async function begin() {
   listen();
   navigator.serviceWorker?.register("./offline.js").catch(() => {});
-  const scenes = JSON.parse(new TextDecoder().decode(await fetched("scenes.json")));
+  scenes = JSON.parse(new TextDecoder().decode(await fetched("scenes.json")));
   at("scene").replaceChildren(...scenes.map(({ name }) => new Option(name)));
-  at("scene").addEventListener("change", () =>
-    attempt(() => loadListed(scenes[at("scene").selectedIndex]).then(frames)),
-  );
   const asked = new URLSearchParams(location.search);
   const backend = ["wgpu", "cpu"].includes(asked.get("backend")) ? asked.get("backend") : "auto";
   at("backend").value = backend;
+  at("scene").selectedIndex = Math.max(0, scenes.findIndex(({ name }) => name === asked.get("scene")));
   await open(backend);
-  if (asked.get("scene") === "none") return;
-  const first = Math.max(0, scenes.findIndex(({ name }) => name === asked.get("scene")));
-  at("scene").selectedIndex = first;
-  await loadListed(scenes[first]);
-  frames();
+  if (asked.get("scene") !== "none") await ask(() => listed(scenes[at("scene").selectedIndex]));
 }
 
 // For other programs that drive the page.
-window.trisect = { renderer, ready: attempt(begin), load, loadListed, open };
+window.trisect = { renderer, ready: attempt(begin), load, open };

@@ -2,6 +2,9 @@
 
 export class RendererError extends Error {}
 
+// The worker is gone, and with it the scene.
+export class WorkerError extends RendererError {}
+
 export class Renderer {
   #worker;
   #waiting = new Map();
@@ -31,7 +34,7 @@ export class Renderer {
   }
 
   #fail(message, reject) {
-    const error = new RendererError(`The renderer stopped: ${message}`);
+    const error = new WorkerError(`The renderer stopped: ${message}`);
     this.#worker?.terminate();
     this.#worker = undefined;
     reject?.(error);
@@ -39,10 +42,11 @@ export class Renderer {
     this.#waiting.clear();
   }
 
-  // Sends a request, with files as pairs of path and bytes, which replace all others if `forget`. Returns facts and bytes.
+  // Sends a request, with files as pairs of path and bytes, which are copied and replace all others if `forget`. Returns
+  // facts and bytes.
   call(request, files = [], forget = false) {
     if (!this.#worker) {
-      if (request.do !== "open") return Promise.reject(new RendererError("The renderer is not open."));
+      if (request.do !== "open") return Promise.reject(new WorkerError("The renderer is not open."));
       this.#start();
     }
     const id = this.#next++;

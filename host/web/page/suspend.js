@@ -5,6 +5,8 @@ const EAGER_MS = 5;
 let began = 0;
 let last = 0;
 
+const channel = new MessageChannel();
+
 // Waits for one turn of the event loop: at once at the beginning of a wait, then at intervals, so that no processor spins.
 function turn() {
   const now = performance.now();
@@ -15,7 +17,6 @@ function turn() {
       setTimeout(resolve, 1);
       last = now + 4;
     } else {
-      const channel = new MessageChannel();
       channel.port1.onmessage = resolve;
       channel.port2.postMessage(0);
     }

@@ -25,11 +25,18 @@ function usable(request) {
 }
 
 async function answer({ id, request, files, forget }) {
+  let usage;
+  try {
+    usage = usable(request);
+  } catch (error) {
+    postMessage({ id, facts: { error: error.message } });
+    return;
+  }
+  const [possible, why] = usage;
   try {
     await started;
     if (forget) trisect.forget_files();
     for (const [path, bytes] of files ?? []) trisect.put_file(path, new Uint8Array(bytes));
-    const [possible, why] = usable(request);
     trisect.set_request(JSON.stringify(possible));
     await perform();
     const facts = JSON.parse(trisect.facts());
@@ -37,14 +44,14 @@ async function answer({ id, request, files, forget }) {
     const bytes = trisect.take_bytes();
     postMessage({ id, facts, bytes }, [bytes.buffer]);
   } catch (error) {
-    // What Rust cannot go on from: a panic, or no more memory.
-    postMessage({ id, facts: { error: error.message }, dead: error instanceof WebAssembly.RuntimeError });
+    // Rust cannot go on: after a panic, without memory, or if the module was not loaded.
+    postMessage({ id, facts: { error: error.message }, dead: true });
   }
 }
 
 let queue = Promise.resolve();
 onmessage = ({ data }) => {
-  // A wish to stop does not wait for the request that it stops.
+  // A wish to stop is heard while a GPU works. On the CPU a request ends first, and the page asks for no further part.
   if (data.stop) trisect.stop();
   else queue = queue.then(() => answer(data));
 };

@@ -4,6 +4,8 @@
 //! `page/worker.js`. On other systems the same session runs on a thread, for tests.
 
 #[cfg(target_family = "wasm")]
+mod allocator;
+#[cfg(target_family = "wasm")]
 mod exports;
 mod request;
 mod session;

@@ -13,7 +13,7 @@ use trisect::film::Film;
 use trisect::image::{Image, ImageError, metrics::srgb};
 use trisect::output::exposure::Exposed;
 use trisect::output::{Encoding, Picture};
-use trisect::render::{FilmObserver, RenderObserver, Renderer, Settings};
+use trisect::render::{FilmObserver, PreparedScene, RenderObserver, Renderer, Settings};
 use trisect::scene::{
     CameraPose, EnvironmentSource, LoadOptions, Rebase, Scene, SceneDocument, Surroundings,
 };
@@ -84,6 +84,8 @@ pub struct Session {
     /// True if the page wishes the render to end.
     stop: &'static AtomicBool,
     device: Option<Box<dyn Device>>,
+    /// Backend that was opened last.
+    backend: Option<BackendName>,
     shown: Option<Shown>,
     rendering: Option<Rendering>,
 }
@@ -106,11 +108,13 @@ impl FilmObserver for OnePart {
 struct Progress {
     report: fn(u64, u64),
     stop: &'static AtomicBool,
+    /// Number of samples of the whole image.
+    whole: u64,
 }
 
 impl RenderObserver for Progress {
-    fn progress(&mut self, done: u64, total: u64) -> ControlFlow<()> {
-        (self.report)(done, total);
+    fn progress(&mut self, done: u64, missing: u64) -> ControlFlow<()> {
+        (self.report)(self.whole.saturating_sub(missing) + done, self.whole);
         if self.stop.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 }
@@ -123,7 +127,7 @@ impl Session {
     /// Returns a session without a device. `progress` receives the samples done and their total;
     /// `stop` ends a render.
     pub fn new(progress: fn(u64, u64), stop: &'static AtomicBool) -> Self {
-        Self { progress, stop, device: None, shown: None, rendering: None }
+        Self { progress, stop, device: None, backend: None, shown: None, rendering: None }
     }
 
     /// Answers a request.
@@ -161,8 +165,14 @@ impl Session {
             "backend": info.backend, "name": info.name, "details": info.details, "why": why,
             "slow": info.kind != DeviceKind::Gpu,
         });
-        self.device = Some(opened.device);
+        (self.device, self.backend) = (Some(opened.device), Some(backend));
         Ok(facts.into())
+    }
+
+    /// Opens the device again that was open.
+    fn reopened(&mut self) -> Result<Box<dyn Device>, WebError> {
+        self.open(self.backend.ok_or(NO_DEVICE)?)?;
+        self.device.take().ok_or(NO_DEVICE)
     }
 
     fn load(&mut self, path: &str, panorama: Option<String>) -> Result<Answer, WebError> {
@@ -172,12 +182,14 @@ impl Session {
         let options = LoadOptions { surroundings, ..Default::default() };
         let document = SceneDocument::load_with(Path::new(path), &options)?;
         let scene = document.lower(Rebase::IDENTITY)?;
+        let mut prepared = PreparedScene::new(&scene, None)?;
         let device = match (self.shown.take(), self.device.take()) {
             (Some(shown), _) => shown.viewer.into_renderer().into_device(),
             (None, Some(device)) => device,
-            (None, None) => return Err(NO_DEVICE),
+            (None, None) => self.reopened()?,
         };
-        let viewer = Viewer::new(Renderer::new(device, &scene)?);
+        // A scene that does not fit takes the device with it; the next one opens it again.
+        let viewer = Viewer::new(Renderer::upload(device, &mut prepared)?);
         let of_file = Settings::of(&scene);
         let facts = json!({
             "name": scene.name, "warnings": scene.warnings, "primitives": scene.primitives(),
@@ -229,7 +241,8 @@ impl Session {
         let shown = self.shown.as_mut().ok_or(NO_SCENE)?;
         let now = self.rendering.as_mut().ok_or(NO_IMAGE)?;
         let (renderer, samples) = (shown.viewer.renderer(), 0..now.settings.samples);
-        let mut observer = Progress { report: self.progress, stop: self.stop };
+        let whole = now.settings.total_samples();
+        let mut observer = Progress { report: self.progress, stop: self.stop, whole };
         let part = OnePart { has_ended: AtomicBool::new(false) };
         match renderer.render_missing(&mut now.film, &now.settings, &samples, &part, &mut observer) {
             Ok(stats) => now.seconds += stats.phases.render_seconds,

@@ -51,10 +51,12 @@ fn adapters() -> Vec<Adapter> {
 /// Returns the features that a device of this adapter is opened with.
 ///
 /// Pass-through hands a shader to the driver in the language of its API, and the kernels are
-/// SPIR-V. Metal and Direct3D 12 offer the same feature for other languages.
+/// SPIR-V. Metal and Direct3D 12 offer the same feature for other languages. A browser's timestamps
+/// are coarser than its clock.
 fn features(backend: Backend, offered: Features) -> Features {
     match backend {
         Backend::Vulkan => offered & (Features::PASSTHROUGH_SHADERS | Features::TIMESTAMP_QUERY),
+        Backend::BrowserWebGpu => Features::empty(),
         _ => offered & Features::TIMESTAMP_QUERY,
     }
 }
@@ -181,5 +183,6 @@ mod tests {
             assert_eq!(features(other, all), Features::TIMESTAMP_QUERY, "{other:?}");
         }
         assert!(features(Backend::Vulkan, Features::empty()).is_empty());
+        assert!(features(Backend::BrowserWebGpu, all).is_empty());
     }
 }

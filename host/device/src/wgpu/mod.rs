@@ -99,6 +99,14 @@ impl Wgpu {
     }
 }
 
+/// A browser keeps a device's memory until it collects its garbage.
+#[cfg(target_family = "wasm")]
+impl Drop for Wgpu {
+    fn drop(&mut self) {
+        self.gpu.device.destroy();
+    }
+}
+
 impl Device for Wgpu {
     fn info(&self) -> &DeviceInfo {
         &self.info

@@ -97,7 +97,7 @@ impl Pipelines {
             compilation_options: Default::default(),
             cache: None,
         });
-        gpu.check("compiling the kernels")?;
+        gpu.settle("compiling the kernels")?;
         self.compiled.insert((of, math), pipeline);
         Ok(())
     }

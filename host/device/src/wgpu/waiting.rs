@@ -24,6 +24,14 @@ impl Gpu {
     }
 }
 
+impl Gpu {
+    /// Returns an error that the last calls made, after waiting for it in a browser, where errors
+    /// arrive later.
+    pub fn settle(&self, action: &'static str) -> Result<(), BackendError> {
+        if cfg!(target_family = "wasm") { self.wait(action) } else { self.check(action) }
+    }
+}
+
 #[cfg(target_family = "wasm")]
 impl Gpu {
     /// Waits for all submitted work.
@@ -41,7 +49,11 @@ impl Gpu {
         use std::sync::mpsc::TryRecvError;
         loop {
             match callback.try_recv() {
-                Ok(value) => return Ok(value),
+                Ok(value) => {
+                    // Errors arrive after the call that made them.
+                    self.check(action)?;
+                    return Ok(value);
+                }
                 // A device that was lost may call no one.
                 Err(TryRecvError::Empty) => self.check(action)?,
                 Err(error) => return Err(failed(action, &error)),

@@ -6,9 +6,9 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Contents of the files by their paths.
-static FILES: Mutex<BTreeMap<PathBuf, Arc<[u8]>>> = Mutex::new(BTreeMap::new());
+static FILES: Mutex<BTreeMap<PathBuf, Arc<Vec<u8>>>> = Mutex::new(BTreeMap::new());
 
-fn files() -> MutexGuard<'static, BTreeMap<PathBuf, Arc<[u8]>>> {
+fn files() -> MutexGuard<'static, BTreeMap<PathBuf, Arc<Vec<u8>>>> {
     FILES.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -27,7 +27,7 @@ fn plain(path: &Path) -> PathBuf {
 
 /// Gives a file its content, also in place of an earlier one.
 pub fn put(path: &Path, content: Vec<u8>) {
-    files().insert(plain(path), content.into());
+    files().insert(plain(path), Arc::new(content));
 }
 
 /// Forgets all files.
@@ -42,7 +42,17 @@ pub fn bytes() -> u64 {
 
 /// Opened file.
 #[derive(Debug)]
-pub struct MemoryFile(Cursor<Arc<[u8]>>);
+pub struct MemoryFile(Cursor<Shared>);
+
+/// Content that others may hold, too.
+#[derive(Debug)]
+struct Shared(Arc<Vec<u8>>);
+
+impl AsRef<[u8]> for Shared {
+    fn as_ref(&self) -> &[u8] {
+        &self.0
+    }
+}
 
 /// Facts of a file.
 #[derive(Clone, Copy, Debug)]
@@ -63,7 +73,7 @@ impl MemoryFile {
     ///
     /// None; as for a file of a system.
     pub fn metadata(&self) -> Result<Facts> {
-        Ok(Facts(self.0.get_ref().len() as u64))
+        Ok(Facts(self.0.get_ref().0.len() as u64))
     }
 }
 
@@ -89,7 +99,7 @@ pub fn open(path: &Path) -> Result<MemoryFile> {
     let content = content.ok_or_else(|| {
         Error::new(ErrorKind::NotFound, "the page was not given this file; drop it together with the scene")
     })?;
-    Ok(MemoryFile(Cursor::new(content)))
+    Ok(MemoryFile(Cursor::new(Shared(content))))
 }
 
 /// Returns the paths of the files and folders in a folder.

@@ -13,6 +13,9 @@ use wasm_bindgen_cli_support::Bindgen;
 /// Target of modules for browsers.
 pub const TARGET: &str = "wasm32-unknown-unknown";
 
+/// Name of the module in a page.
+const MODULE: &str = "trisect_web_bg.wasm";
+
 /// Size of the page.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Size {
@@ -26,12 +29,14 @@ pub struct Size {
 
 /// Builds the page into a folder, which is replaced. Returns its size.
 pub fn build(output: &Path) -> Result<Size, PageError> {
+    check(output)?;
     let module = module()?;
-    let fresh = output.with_extension("new");
-    match std::fs::remove_dir_all(&fresh) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(at(&fresh)(error)),
-        _ => std::fs::create_dir_all(&fresh).map_err(at(&fresh))?,
-    }
+    let parent = output.parent().filter(|path| !path.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    std::fs::create_dir_all(parent).map_err(at(parent))?;
+    // Beside the output, so that it is moved there at once.
+    let beside = tempfile::tempdir_in(parent).map_err(at(parent))?;
+    let fresh = beside.path().join("page");
+    std::fs::create_dir(&fresh).map_err(at(&fresh))?;
     let mut bindgen = Bindgen::new();
     bindgen.input_path(&module).typescript(false).remove_name_section(true).remove_producers_section(true);
     let web = bindgen.web(true).map_err(|error| PageError::Glue(error.to_string()))?;
@@ -49,6 +54,20 @@ pub fn build(output: &Path) -> Result<Size, PageError> {
     }
     std::fs::rename(&fresh, output).map_err(at(output))?;
     Ok(size)
+}
+
+/// Checks that a folder is missing, empty, or that of a page.
+fn check(output: &Path) -> Result<(), PageError> {
+    let not_a_page = || PageError::NotAPage { path: output.to_owned() };
+    if output.file_name().is_none() {
+        return Err(not_a_page());
+    }
+    match std::fs::read_dir(output).map(|mut entries| entries.next().is_none()) {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(()),
+        Err(error) => Err(at(output)(error)),
+        Ok(is_empty) if is_empty || output.join(MODULE).is_file() => Ok(()),
+        Ok(_) => Err(not_a_page()),
+    }
 }
 
 /// Builds the module. Returns its path.
@@ -70,8 +89,8 @@ fn module() -> Result<PathBuf, PageError> {
         Ok(status) if status.success() => {}
         _ => return Err(PageError::Module),
     }
-    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from);
-    Ok(target.join(TARGET).join("page/trisect_web.wasm"))
+    let target = std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into());
+    Ok(root().join(target).join(TARGET).join("page/trisect_web.wasm"))
 }
 
 /// Writes version and files into the service worker. Returns the size of the page.
@@ -98,4 +117,28 @@ fn write_offline(folder: &Path, files: &[PathBuf]) -> Result<Size, PageError> {
     let text = text.replace("@VERSION@", &version).replace("@FILES@", &list);
     std::fs::write(&worker, text).map_err(at(&worker))?;
     Ok(size)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "this is how a test fails")]
+
+    use super::*;
+
+    #[test]
+    fn only_pages_are_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::create_dir_all(at("others")).unwrap();
+        std::fs::create_dir_all(at("empty")).unwrap();
+        std::fs::create_dir_all(at("page")).unwrap();
+        std::fs::write(at("others/letter.txt"), "kept").unwrap();
+        std::fs::write(at("page").join(MODULE), "").unwrap();
+        for good in ["missing", "empty", "page"] {
+            check(&at(good)).unwrap();
+        }
+        for bad in [at("others"), at("others/letter.txt"), ".".into(), "..".into(), at("page/..")] {
+            assert!(check(&bad).is_err(), "{}", bad.display());
+        }
+    }
 }

@@ -16,7 +16,8 @@ use thiserror::Error;
 #[derive(Debug, Parser)]
 #[command(name = "cargo page")]
 struct Arguments {
-    /// Folder for the page's files, which is replaced.
+    /// Folder for the page's files: a new or empty one, or that of an earlier page, which is
+    /// replaced.
     #[arg(short, long, default_value = "target/page")]
     output: PathBuf,
     /// Serves the page at this address after the build.
@@ -34,6 +35,20 @@ enum PageError {
         path: PathBuf,
         /// Error of the system.
         source: std::io::Error,
+    },
+    /// The folder for the page has other files.
+    #[error(
+        "{path} is no folder of a page, which would be replaced\n  name a new or an empty folder: --output target/page"
+    )]
+    NotAPage {
+        /// Folder that was asked for.
+        path: PathBuf,
+    },
+    /// A scene of the list names a file outside of the repository.
+    #[error("{path} lies outside of the repository, so the page cannot have it")]
+    Outside {
+        /// File.
+        path: PathBuf,
     },
     /// Cargo does not build the module.
     #[error(

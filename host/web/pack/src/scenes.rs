@@ -35,7 +35,9 @@ pub fn copy_to(folder: &Path) -> Result<(), PageError> {
         let document = SceneDocument::load(&root().join(path))?;
         let mut files = vec![path.to_owned()];
         for file in &document.description.files {
-            let relative = file.strip_prefix(root()).unwrap_or(file).to_string_lossy().replace('\\', "/");
+            let relative =
+                file.strip_prefix(root()).map_err(|_| PageError::Outside { path: file.clone() })?;
+            let relative = relative.to_string_lossy().replace('\\', "/");
             if !files.contains(&relative) {
                 files.push(relative);
             }
