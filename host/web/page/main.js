@@ -97,6 +97,8 @@ async function frames() {
   } finally {
     state.drawing = false;
   }
+  // What was asked for meanwhile found this loop at work.
+  if (version !== state.version) frames();
 }
 
 function showWarnings(warnings) {
