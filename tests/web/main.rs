@@ -109,7 +109,7 @@ fn pick(page: &mut Page, files: &[PathBuf]) {
     page.browser.pick("#files", files);
 }
 
-/// A user picks files; what is wrong with them is said in the page, which goes on.
+/// A user picks files; what is wrong with them is said in the page.
 #[test]
 fn files_are_picked_and_refused_in_words() {
     let Some(found) = served() else { return };
