@@ -13,9 +13,9 @@ const screen = canvas.getContext("2d");
 // Frames while the camera moves take about this many seconds, by fewer pixels.
 const MOVING_SECONDS = 0.08;
 
-// What the page shows: the scene that was asked for last, whether one is loaded, whether an image is being rendered, and
-// numbers that grow with each scene that is asked for and that is loaded.
-const state = { wanted: null, loaded: false, rendering: false, asked: 0, version: 0, scale: 1, drawing: false };
+// What the page shows: the scene that was asked for last, whether the renderer has one and no other is being loaded, whether
+// an image is being rendered, and numbers that grow with each scene that is asked for and that is loaded.
+const state = { wanted: null, has: false, loaded: false, rendering: false, asked: 0, version: 0, scale: 1, drawing: false };
 let scenes = [];
 
 function say(text) {
@@ -26,7 +26,7 @@ function complain(error) {
   at("error").textContent = error.message;
   at("error").hidden = false;
   at("remedy").hidden = !(error instanceof RendererError);
-  if (error instanceof WorkerError) state.loaded = false;
+  if (error instanceof WorkerError) state.has = state.loaded = false;
   if (!(error instanceof RendererError || error instanceof FileError)) console.error(error);
 }
 
@@ -121,6 +121,7 @@ function leave() {
 
 async function open(backend) {
   leave();
+  state.has = false;
   const { facts } = await renderer.call({ do: "open", backend });
   const why = facts.why ? ` – not on a GPU: ${facts.why}` : "";
   at("device").textContent = `${facts.backend === "wgpu" ? "WebGPU" : "CPU"}: ${facts.name || "unnamed adapter"}${why}`;
@@ -129,7 +130,6 @@ async function open(backend) {
 
 // Loads the scene `path` of these files, pairs of path and bytes. If it is refused, the scene before stays.
 async function load({ path, panorama, files }) {
-  const before = state.loaded;
   leave();
   state.wanted = { path, panorama, files };
   say(`Reading ${path}…`);
@@ -137,7 +137,8 @@ async function load({ path, panorama, files }) {
   try {
     ({ facts } = await renderer.call({ do: "load", path, panorama }, files, true));
   } catch (error) {
-    state.loaded = before && !(error instanceof WorkerError);
+    // The one before may have been loaded only meanwhile.
+    state.loaded = state.has && !(error instanceof WorkerError);
     say("");
     throw error;
   }
@@ -146,7 +147,7 @@ async function load({ path, panorama, files }) {
   showWarnings(facts.warnings);
   at("fingerprint").textContent = "–";
   for (const id of ["save-png", "save-exr"]) at(id).disabled = true;
-  state.loaded = true;
+  state.has = state.loaded = true;
   say(`${facts.name}: ${facts.primitives} primitives.`);
   const mode = document.querySelector("input[name=mode]:checked").value;
   camera.take();
