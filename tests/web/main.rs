@@ -123,7 +123,8 @@ fn files_are_picked_and_refused_in_words() {
     let is_shown = "!document.getElementById('error').hidden";
     // The browser reads no path with "..".
     let scenes = trisect_tests::root().join("scenes").canonicalize().unwrap();
-    let cut = &std::fs::read(scenes.join("gltf/features.glb")).unwrap()[..5000];
+    let model = scenes.join("gltf/features.glb");
+    let cut = &std::fs::read(&model).unwrap()[..5000];
     let cases = [
         (vec![scenes.join("textures/sky.hdr")], "A panorama needs a scene"),
         (vec![file("cut.glb", cut)], "cut.glb"),
@@ -144,6 +145,30 @@ fn files_are_picked_and_refused_in_words() {
     pick(&mut page, &[large]);
     page.browser.wait_for(is_shown);
     assert!(text(&mut page, "error").contains("The files have 3072 MiB; a page can read at most 512 MiB"));
+    // A model is shown, then in front of a panorama.
+    pick(&mut page, std::slice::from_ref(&model));
+    page.browser.wait_for("/Live/.test(document.getElementById('live').textContent)");
+    pick(&mut page, &[scenes.join("textures/sky.hdr")]);
+    page.browser.wait_for("/Live/.test(document.getElementById('live').textContent)");
+    assert_eq!(page.browser.value("document.getElementById('error').hidden"), json!(true));
+    // What is refused leaves the scene before, and its frames.
+    pick(&mut page, &[file("cut_again.glb", cut)]);
+    page.browser.wait_for(is_shown);
+    let live = "document.getElementById('live')";
+    page.browser.wait_for(&format!("/Live/.test({live}.textContent)"));
+    page.browser.value(&format!("{live}.textContent = ''"));
+    page.browser.value("document.getElementById('canvas').focus()");
+    press(&mut page.browser, "ArrowLeft", 37);
+    page.browser.wait_for(&format!("/Live/.test({live}.textContent)"));
+    // Another scene in the middle of a render ends it without a complaint.
+    page.browser.value("document.getElementById('render').click()");
+    page.browser.wait_for("!document.getElementById('progress').hidden");
+    page.browser.value(
+        "(() => { const scene = document.getElementById('scene'); scene.selectedIndex = 1; scene.dispatchEvent(new Event('change')); })()",
+    );
+    page.browser.wait_for("/cornell_box/.test(document.getElementById('status').textContent)");
+    page.browser.wait_for(&format!("/Live/.test({live}.textContent)"));
+    assert_eq!(page.browser.value("document.getElementById('error').hidden"), json!(true));
 }
 
 /// Without an adapter the CPU renders, and the page says so; a device that is lost is said, too.
