@@ -76,7 +76,8 @@ impl Browser {
         }
         self.socket.send(Message::text(request.to_string())).unwrap();
         loop {
-            let message = self.socket.read().unwrap();
+            let message =
+                self.socket.read().unwrap_or_else(|error| panic!("no answer to {request}: {error}"));
             let Ok(content) = message.to_text() else { continue };
             let Ok(mut answer) = serde_json::from_str::<Value>(content) else { continue };
             if answer["id"] == json!(self.requests) {
