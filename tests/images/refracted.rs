@@ -20,9 +20,15 @@ const LOW: f64 = 1.2;
 
 /// Returns a scene whose image is a thousandth of the floor around (`x`, 0, 0).
 fn patch(x: f64, objects: &str, light: &str) -> Scene {
+    patch_with(x, "", objects, light)
+}
+
+/// Returns such a scene with media.
+fn patch_with(x: f64, media: &str, objects: &str, light: &str) -> Scene {
     let text = format!(
         "Scene(
             version: 1,
+            media: {{{media}}},
             image: (width: 8, height: 8, depth: 6),
             camera: (look_from: ({x}, 0.02, -3), look_at: ({x}, 0, 0), height: 0.000005),
             sky: Black,
@@ -30,11 +36,13 @@ fn patch(x: f64, objects: &str, light: &str) -> Scene {
                 \"floor\": Lambertian(albedo: ({ALBEDO}, {ALBEDO}, {ALBEDO})),
                 \"glass\": Dielectric(ior: {IOR}),
                 \"air\": Dielectric(ior: 1.0),
+                {}
                 \"pane\": MetallicRoughness(base_color: (0.9, 0.9, 0.9), metallic: 0, roughness: 0, transmission: 0.8),
             }},
             objects: [Disc(center: (0, 0, 0), normal: (0, 1, 0), radius: 50, material: \"floor\"), {objects}],
             lights: [{light}],
-        )"
+        )",
+        if media.is_empty() { "" } else { "\"edge\": Interface(medium: \"smoke\")," }
     );
     let document = SceneDocument::parse_including(&text, "refracted", Includes::Anywhere).unwrap();
     document.lower(Rebase::IDENTITY).unwrap()
@@ -217,6 +225,51 @@ fn a_ball_reflects_as_in_closed_form(subject: BackendUnderTest) {
 }
 
 for_each_backend!(a_ball_reflects_as_in_closed_form);
+
+/// Returns a volume in Mitsuba's format: a layer from 0.3 to 1 in height, of density 4 below and 1
+/// above. Its majorants are its densities nearly everywhere, so that ratio tracking lets all pass,
+/// or nothing.
+fn layer() -> Vec<u8> {
+    let size = [4_u32, 16, 4];
+    let corners = [-9.0, 0.3, -9.0, 9.0, 1.0, 9.0_f32];
+    let densities =
+        (0..size[0] * size[1] * size[2]).map(|voxel| if voxel / 4 % 16 < 8 { 4.0 } else { 1.0_f32 });
+    let mut bytes = b"VOL\x03".to_vec();
+    bytes.extend([1, size[0], size[1], size[2], 1].iter().flat_map(|word: &u32| word.to_le_bytes()));
+    bytes.extend(corners.into_iter().chain(densities).flat_map(f32::to_le_bytes));
+    bytes
+}
+
+/// Smoke of uneven density between floor and ball weakens each path by its own length there, and
+/// walks through it stay unbiased, although most let nothing pass by chance.
+fn smoke_below_a_ball_is_as_in_closed_form(subject: BackendUnderTest) {
+    let is_cpu = subject == BackendUnderTest::Cpu;
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("layer.vol");
+    std::fs::write(&file, layer()).unwrap();
+    let media = format!("\"smoke\": (extinction: (1, 1, 1), albedo: (0, 0, 0), grid: (file: {file:?}))");
+    let depth = 0.7 * 2.5;
+    let objects = format!("{}, Box(min: (-8, 0.3, -8), max: (8, 1, 8), material: \"edge\")", ball(CENTER));
+    let (light, lamp) =
+        ("Point(position: (0, 6.5, 0), intensity: (9, 9, 9))", Lamp::Point { distance: 4.0, intensity: 9.0 });
+    for x in [0.05, 0.7] {
+        let scene = patch_with(x, &media, &objects, light);
+        let through = |of: f64| {
+            by_ball(x.hypot(CENTER), PI - x.atan2(CENTER), lamp, 1, |turn| {
+                let cos = (x.atan2(CENTER) - turn).cos();
+                cos * (-of * depth / cos).exp()
+            })
+        };
+        let samples = if is_cpu { 1024 } else { 16 };
+        let Some(holds) = is(subject, &scene, samples, through(1.0)) else { return };
+        assert!(holds, "{x}: {}", through(1.0));
+        if is_cpu {
+            assert_eq!(is(subject, &scene, samples, through(1.03)), Some(false), "negative control: {x}");
+        }
+    }
+}
+
+for_each_backend!(smoke_below_a_ball_is_as_in_closed_form);
 
 fn a_slab_is_as_in_closed_form(subject: BackendUnderTest) {
     let samples = if subject == BackendUnderTest::Cpu { 64 } else { 16 };

@@ -4,6 +4,7 @@
 
 mod browser;
 mod page;
+mod threads;
 
 use browser::Browser;
 use page::{Page, SOFTWARE_ADAPTER, Server, served};

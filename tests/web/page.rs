@@ -72,6 +72,19 @@ impl Server {
         Ok(Self { child, url, built, folder })
     }
 
+    /// Replaces text in one of the page's own files.
+    pub fn edit(&self, file: &str, from: &str, to: &str) {
+        let path = self.folder.join(file);
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert_eq!(text.matches(from).count(), 1, "{from}");
+        std::fs::write(&path, text.replace(from, to)).unwrap();
+    }
+
+    /// Returns the folder of the page.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
     /// Puts a file among those that are served, and returns its path for the page.
     fn put(&self, from: &Path, path: &str) {
         let to = self.folder.join(path);
@@ -89,17 +102,27 @@ impl Drop for Server {
 }
 
 /// Page in a browser.
-pub struct Page {
-    server: &'static Server,
+pub struct Page<'a> {
+    server: &'a Server,
     /// Browser that shows it.
     pub browser: Browser,
 }
 
-impl Page {
-    /// Opens the page without a scene on a backend.
-    pub fn open((server, file): (&'static Server, PathBuf), options: &[&str], backend: &str) -> Self {
+impl<'a> Page<'a> {
+    /// Opens the page without a scene on a backend, with one thread on the CPU.
+    pub fn open(served: (&'a Server, PathBuf), options: &[&str], backend: &str) -> Self {
+        Self::with_threads(served, options, backend, 1)
+    }
+
+    /// Opens the page without a scene on a backend, with this number of threads on the CPU.
+    pub fn with_threads(
+        (server, file): (&'a Server, PathBuf),
+        options: &[&str],
+        backend: &str,
+        threads: u32,
+    ) -> Self {
         let mut browser = Browser::start(file, options);
-        browser.open(&format!("{}?backend={backend}&scene=none", server.url));
+        browser.open(&format!("{}?backend={backend}&scene=none&threads={threads}", server.url));
         browser.value("trisect.ready.then(() => true)");
         Self { server, browser }
     }
@@ -139,12 +162,16 @@ impl Page {
         (answer["facts"].clone(), bytes)
     }
 
-    /// Renders the image of these settings, and returns its film and the facts of its last part.
+    /// Renders the image of these settings, and returns its film and the facts of its last part,
+    /// with the number of rows that helpers rendered for all parts.
     pub fn film(&mut self, settings: &Settings) -> (Film, Value) {
         self.ask(&json!({ "do": "begin", "image": image(settings) }));
+        let mut helped = 0;
         let facts = loop {
-            let (facts, _) = self.ask(&json!({ "do": "part" }));
+            let (mut facts, _) = self.ask(&json!({ "do": "part" }));
+            helped += facts["helped"].as_u64().unwrap();
             if facts["done"] == json!(true) {
+                facts["helped"] = json!(helped);
                 break facts;
             }
         };
@@ -164,6 +191,7 @@ fn image(settings: &Settings) -> Value {
     let Settings { width, height, samples, depth, seed, .. } = *settings;
     json!({
         "width": width, "height": height, "samples": samples, "depth": depth, "seed": seed,
-        "independent": settings.sampler == trisect::render::Sampler::Independent, "denoise": null,
+        "independent": settings.sampler == trisect::render::Sampler::Independent,
+        "denoise": if settings.guides { json!("svgf") } else { Value::Null },
     })
 }

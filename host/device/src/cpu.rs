@@ -1,8 +1,15 @@
 //! CPU device: runs the kernels natively, on a pool of threads.
 
+#[cfg(target_family = "wasm")]
+mod helped;
+mod helper;
 mod instructions;
+mod memory;
 
+pub use helper::Helper;
 pub use instructions::InstructionSet;
+
+use memory::Memory;
 
 use crate::command::{check_range, check_rows, handle, handles, misuse};
 use crate::{
@@ -57,7 +64,11 @@ impl Cpu {
             return Err(BackendError::Device { backend: NAME, action: "opening the device", message });
         }
         let pool = trisect_system::threads::pool(threads, "trisect-cpu")?;
-        let info = describe_with(pool.threads(), instructions);
+        #[cfg(target_family = "wasm")]
+        let threads = 1 + helped::count() as usize;
+        #[cfg(not(target_family = "wasm"))]
+        let threads = pool.threads();
+        let info = describe_with(threads, instructions);
         Ok(Self { info, instructions, pool })
     }
 
@@ -89,16 +100,23 @@ impl Cpu {
             return Err(BackendError::NoFastMath { backend: NAME });
         }
         let kernel = self.kernel(launch.entry_point)?;
+        let of = launch.entry_point;
+        let memories = handles::<Memory>(launch, NAME)?;
         let arrays: Vec<Array> = launch
             .arrays
             .iter()
-            .zip(handles::<HostMemory>(launch, NAME)?)
+            .zip(&memories)
             .map(|(buffer, memory)| Array { first: memory.first(), bytes: buffer.bytes() as usize })
             .collect();
-        let features = launch.entry_point.features;
-        let arguments = Arguments { params: launch.params, arrays: &arrays, features };
+        let arguments = Arguments { params: launch.params, arrays: &arrays, features: of.features };
         let (across, down) = launch.threads;
-        let task = if is_by_rows(launch.entry_point.name) { ROW_TASK } else { TASK };
+        memories.iter().skip(of.reads).take(of.writes).for_each(|memory| memory.change());
+        #[cfg(target_family = "wasm")]
+        // SAFETY: the caller's promise.
+        if unsafe { helped::dispatch(of, kernel, &arguments, &memories, down) } {
+            return Ok(start.elapsed());
+        }
+        let task = if is_by_rows(of.name) { ROW_TASK } else { TASK };
         let of_row = across.div_ceil(task);
         (0..u64::from(of_row) * u64::from(down)).into_par_iter().for_each(|index| {
             let (y, first) = ((index / u64::from(of_row)) as u32, (index % u64::from(of_row)) as u32 * task);
@@ -129,10 +147,13 @@ fn describe_with(threads: usize, instructions: InstructionSet) -> DeviceInfo {
 }
 
 /// Returns the memory of a buffer that commands may write to.
-fn writable(buffer: &Buffer) -> Result<&HostMemory, BackendError> {
-    match handle::<HostMemory>(buffer, NAME)? {
+fn writable(buffer: &Buffer) -> Result<&Memory, BackendError> {
+    match handle::<Memory>(buffer, NAME)? {
         memory if memory.is_lent() => Err(misuse(NAME, "the buffer is the scene's own memory")),
-        memory => Ok(memory),
+        memory => {
+            memory.change();
+            Ok(memory)
+        }
     }
 }
 
@@ -164,12 +185,12 @@ impl Device for Cpu {
     fn allocate(&mut self, bytes: u64, what: &'static str) -> Result<Buffer, BackendError> {
         let too_large = |_| BackendError::TooLarge { backend: NAME, what, needed: bytes, limit: MAX_BYTES };
         let count = usize::try_from(bytes).map_err(too_large)?;
-        Ok(Buffer::new(HostMemory::new(count), bytes))
+        Ok(Buffer::new(Memory::of(HostMemory::new(count)), bytes))
     }
 
     fn adopt(&mut self, records: &LentRecords) -> Option<Buffer> {
         let bytes = records.bytes().len() as u64;
-        Some(Buffer::new(HostMemory::lent(records.clone()), bytes))
+        Some(Buffer::new(Memory::of(HostMemory::lent(records.clone())), bytes))
     }
 
     #[allow(unsafe_code, reason = "buffers are addresses")]
@@ -206,7 +227,7 @@ impl Device for Cpu {
                     Command::Copy { from, to, bytes: count } => {
                         check_range(NAME, from, 0, count)?;
                         check_range(NAME, to, 0, count)?;
-                        let (from, to) = (handle::<HostMemory>(from, NAME)?, writable(to)?);
+                        let (from, to) = (handle::<Memory>(from, NAME)?, writable(to)?);
                         // SAFETY: the ranges were checked, and `copy` allows that they overlap.
                         unsafe { std::ptr::copy(from.first(), to.first(), count as usize) };
                     }
@@ -230,7 +251,7 @@ const MAX_BYTES: u64 = isize::MAX as u64;
 fn read(from: &Buffer, mut to: RowTarget<'_>) -> Result<(), BackendError> {
     check_rows(NAME, from, &to)?;
     // SAFETY: no command that writes runs meanwhile.
-    let bytes: &[u8] = unsafe { bytes(handle(from, NAME)?, 0, from.bytes()) };
+    let bytes: &[u8] = unsafe { bytes(handle::<Memory>(from, NAME)?, 0, from.bytes()) };
     let row = to.row_bytes();
     to.each_row().into_par_iter().for_each(|(y, to)| {
         let first = y as usize * row;

@@ -14,8 +14,9 @@ const screen = canvas.getContext("2d");
 const MOVING_SECONDS = 0.08;
 
 // What the page shows: the scene that was asked for last, whether the renderer has one and no other is being loaded, whether
-// an image is being rendered, and numbers that grow with each scene that is asked for and that is loaded.
-const state = { wanted: null, has: false, loaded: false, rendering: false, asked: 0, version: 0, scale: 1, drawing: false };
+// an image is being rendered, numbers that grow with each scene that is asked for and that is loaded, the factor on the size of
+// frames, whether frames are being rendered, and the number of threads that was asked for.
+const state = { wanted: null, has: false, loaded: false, rendering: false, asked: 0, version: 0, scale: 1, drawing: false, threads: undefined };
 let scenes = [];
 
 function say(text) {
@@ -119,12 +120,16 @@ function leave() {
   at("live").textContent = "";
 }
 
-async function open(backend) {
+// Opens a device. The CPU has `threads` threads from now on, else one for each processor.
+async function open(backend, threads = state.threads) {
   leave();
+  state.threads = threads;
   state.has = false;
-  const { facts } = await renderer.call({ do: "open", backend });
+  const { facts } = await renderer.call({ do: "open", backend, threads });
   const why = facts.why ? ` – not on a GPU: ${facts.why}` : "";
-  at("device").textContent = `${facts.backend === "wgpu" ? "WebGPU" : "CPU"}: ${facts.name || "unnamed adapter"}${why}`;
+  const alone = facts.alone ? ` – no more threads: ${facts.alone}` : "";
+  const name = facts.backend === "wgpu" ? `WebGPU: ${facts.name || "unnamed adapter"}` : `CPU: ${facts.details}`;
+  at("device").textContent = `${name}${why}${alone}`;
   return facts;
 }
 
@@ -285,21 +290,33 @@ function listen() {
     const pairs = dropped(event.dataTransfer);
     attempt(() => ask(async () => given(await pairs)));
   });
+  renderer.onloss = (threads, why) => {
+    at("device").textContent = `CPU: ${threads} thread${threads === 1 ? "" : "s"} – another ended: ${why}`;
+  };
   renderer.onprogress = (done, total) => {
     at("progress").value = total > 0 ? done / total : 0;
   };
 }
 
+// Keeps the page for use without a network, or says why not.
+function keepOffline() {
+  const kept = navigator.serviceWorker?.register("./offline.js") ?? Promise.reject(new Error("not from https or localhost"));
+  kept.catch((error) => {
+    at("offline").textContent = `Needs the network each time: ${error.message}`;
+    at("offline").hidden = false;
+  });
+}
+
 async function begin() {
   listen();
-  navigator.serviceWorker?.register("./offline.js").catch(() => {});
+  keepOffline();
   scenes = JSON.parse(new TextDecoder().decode(await fetched("scenes.json")));
   at("scene").replaceChildren(...scenes.map(({ name }) => new Option(name)));
   const asked = new URLSearchParams(location.search);
   const backend = ["wgpu", "cpu"].includes(asked.get("backend")) ? asked.get("backend") : "auto";
   at("backend").value = backend;
   at("scene").selectedIndex = Math.max(0, scenes.findIndex(({ name }) => name === asked.get("scene")));
-  await open(backend);
+  await open(backend, Number(asked.get("threads")) || undefined);
   if (asked.get("scene") !== "none") await ask(() => listed(scenes[at("scene").selectedIndex]));
 }
 

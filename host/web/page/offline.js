@@ -22,6 +22,16 @@ self.addEventListener("activate", (event) => {
   );
 });
 
+// Returns a file of the page with the headers that isolate it from other origins: threads need that, and not each host of
+// static files can send them.
+function isolated({ body, headers: own }) {
+  const headers = new Headers(own);
+  headers.set("Cross-Origin-Opener-Policy", "same-origin");
+  headers.set("Cross-Origin-Embedder-Policy", "require-corp");
+  return new Response(body, { headers });
+}
+
 self.addEventListener("fetch", (event) => {
-  event.respondWith(caches.match(event.request, { ignoreSearch: true }).then((found) => found ?? fetch(event.request)));
+  const found = caches.match(event.request, { ignoreSearch: true });
+  event.respondWith(found.then((kept) => (kept ? isolated(kept) : fetch(event.request))));
 });

@@ -11,6 +11,8 @@ export class Renderer {
   #next = 0;
   #panic = "";
   onprogress = () => {};
+  // Receives the number of threads that are left and why one ended.
+  onloss = () => {};
 
   #start() {
     this.#panic = "";
@@ -24,6 +26,10 @@ export class Renderer {
       const { progress, panic } = JSON.parse(data);
       if (panic) this.#panic = panic;
       else this.onprogress(...progress);
+      return;
+    }
+    if (data.lost) {
+      this.onloss(data.threads, data.lost);
       return;
     }
     const { resolve, reject } = this.#waiting.get(data.id) ?? {};

@@ -1,13 +1,18 @@
 // Worker that renders: it hands requests to the WebAssembly module, one after the other, and posts the answers.
 
 import init, * as trisect from "./trisect_web.js";
+import * as helpers from "./helpers.js";
 import { canSuspend } from "./suspend.js";
 
 let perform;
+let module;
+let memory;
 
 async function start() {
-  const exports = await init({ module_or_path: new URL("./trisect_web_bg.wasm", import.meta.url) });
+  module = await WebAssembly.compileStreaming(fetch(new URL("./trisect_web_bg.wasm", import.meta.url)));
+  const exports = await init({ module_or_path: module });
   perform = canSuspend ? WebAssembly.promising(exports.perform) : exports.perform;
+  ({ memory } = exports);
 }
 
 const started = start();
@@ -24,6 +29,22 @@ function usable(request) {
   return [{ ...request, backend: "cpu" }, lacks];
 }
 
+async function facts(request) {
+  trisect.set_request(JSON.stringify(request));
+  await perform();
+  return JSON.parse(trisect.facts());
+}
+
+// Opens a device; the CPU with helpers, whose number it asks for when it is opened.
+async function opened(request) {
+  helpers.stop();
+  const first = await facts(request);
+  if (first.error || first.backend !== "cpu") return first;
+  const onloss = (why) => postMessage({ lost: why, threads: 1 + helpers.count() });
+  const alone = await helpers.start(request.threads ?? navigator.hardwareConcurrency ?? 1, module, memory, onloss);
+  return { ...(await facts({ ...request, backend: "cpu" })), why: first.why, alone };
+}
+
 async function answer({ id, request, files, forget }) {
   let usage;
   try {
@@ -37,12 +58,10 @@ async function answer({ id, request, files, forget }) {
     await started;
     if (forget) trisect.forget_files();
     for (const [path, bytes] of files ?? []) trisect.put_file(path, new Uint8Array(bytes));
-    trisect.set_request(JSON.stringify(possible));
-    await perform();
-    const facts = JSON.parse(trisect.facts());
-    if (why && facts.why === "") facts.why = why;
+    const found = possible.do === "open" ? await opened(possible) : await facts(possible);
+    if (why && found.why === "") found.why = why;
     const bytes = trisect.take_bytes();
-    postMessage({ id, facts, bytes }, [bytes.buffer]);
+    postMessage({ id, facts: { ...found, helped: helpers.takeHelped() }, bytes }, [bytes.buffer]);
   } catch (error) {
     // Rust cannot go on: after a panic, without memory, or if the module was not loaded.
     postMessage({ id, facts: { error: error.message }, dead: true });

@@ -7,6 +7,8 @@
 mod allocator;
 #[cfg(target_family = "wasm")]
 mod exports;
+#[cfg(target_family = "wasm")]
+mod helper;
 mod request;
 mod session;
 

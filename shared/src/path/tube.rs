@@ -27,6 +27,8 @@ const MAX_BENDS: u32 = 4;
 pub(super) const NO_MIRROR: u32 = u32::MAX;
 
 /// Number of the first [block](blocks::refracted) for flights through media, after those of walks.
+/// All walks of a vertex share these words: what media let pass by chance decides for all of them
+/// alike which paths they find, so that their number stays unbiased.
 const FIRST_FLIGHT: u32 = 0x3e0;
 
 /// End of a tube at a light. (Vectors begin rows of 16 bytes: naga lays records out so.)

@@ -2,8 +2,8 @@
 
 use crate::PageError;
 use axum::Router;
-use axum::http::HeaderValue;
 use axum::http::header::CACHE_CONTROL;
+use axum::http::{HeaderName, HeaderValue};
 use std::io;
 use std::net::TcpListener;
 use std::path::Path;
@@ -20,11 +20,21 @@ pub fn serve(folder: &Path, address: &str) -> Result<(), PageError> {
     listen().map_err(|error| PageError::Serve { address: address.to_owned(), message: error.to_string() })
 }
 
-/// Answers all requests that arrive, with files of a folder that browsers ask for anew.
+/// Headers of each response: browsers ask for files anew, and isolate the page from other origins,
+/// without which its workers cannot share memory.
+const HEADERS: [(HeaderName, &str); 3] = [
+    (CACHE_CONTROL, "no-cache"),
+    (HeaderName::from_static("cross-origin-opener-policy"), "same-origin"),
+    (HeaderName::from_static("cross-origin-embedder-policy"), "require-corp"),
+];
+
+/// Answers all requests that arrive, with files of a folder.
 fn answer(folder: &Path, listener: TcpListener) -> io::Result<()> {
     listener.set_nonblocking(true)?;
-    let no_cache = SetResponseHeaderLayer::overriding(CACHE_CONTROL, HeaderValue::from_static("no-cache"));
-    let files = Router::new().fallback_service(ServeDir::new(folder)).layer(no_cache);
+    let mut files = Router::new().fallback_service(ServeDir::new(folder));
+    for (name, value) in HEADERS {
+        files = files.layer(SetResponseHeaderLayer::overriding(name, HeaderValue::from_static(value)));
+    }
     let runtime = tokio::runtime::Builder::new_current_thread().enable_io().build()?;
     runtime.block_on(async { axum::serve(tokio::net::TcpListener::from_std(listener)?, files).await })
 }
@@ -81,7 +91,9 @@ mod tests {
             let (head, body) = get(&mut stream, path);
             assert_eq!(body, name);
             assert!(head.contains(&format!("content-type: {kind}")), "{head}");
-            assert!(head.contains("cache-control: no-cache"), "{head}");
+            for (name, value) in HEADERS {
+                assert!(head.contains(&format!("{name}: {value}")), "{head}");
+            }
         }
     }
 
