@@ -10,9 +10,13 @@ const sizes = new Map();
 
 const at = (first, bytes) => new Uint8Array(memory.buffer, first >>> 0, bytes);
 
-function render({ features, params, rows, fresh, written, next, owners }) {
-  for (const [array, content] of fresh) {
+function render({ features, params, rows, fresh, written, next, done }) {
+  // What is replaced goes first, so that it makes place.
+  for (const [array] of fresh) {
     sizes.delete(array);
+    trisect.allocate_array(array, 0);
+  }
+  for (const [array, content] of fresh) {
     const first = trisect.allocate_array(array, content.length);
     at(first, content.length).set(content);
   }
@@ -31,17 +35,18 @@ function render({ features, params, rows, fresh, written, next, owners }) {
     });
     trisect.render_row(row);
     written.forEach(({ rowBytes, lent }, index) => lent.set(at(places[index], rowBytes), row * rowBytes));
-    Atomics.store(owners, row, 1);
+    Atomics.store(done, row, 1);
   }
 }
 
 // The rows that are not finished are rendered by the worker that asked.
 function fail(error) {
-  Atomics.store(state, WELL, 0);
+  if (state) Atomics.store(state, WELL, 0);
   postMessage({ failed: error.message });
 }
 
 function rest() {
+  if (!state) return;
   Atomics.store(state, WORKING, 0);
   Atomics.notify(state, WORKING);
 }

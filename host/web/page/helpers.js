@@ -5,8 +5,9 @@
 export const WELL = 0;
 export const WORKING = 1;
 
+// Each thread takes memory, and the gain of more was not measured.
 const MAX_THREADS = 16;
-// Bytes of all helpers' copies of a scene and its film. Helpers beyond that end.
+// Bytes of all copies of a scene and its film: one that helpers read, and those of helpers. Helpers beyond that end.
 const MAX_BYTES = 2 ** 31;
 
 let memory;
@@ -14,10 +15,10 @@ let helpers = [];
 let lose = () => {};
 let helped = 0;
 
-// The launch that is being made: arrays that it only reads, arrays of rows that it writes, the helpers that have it, `next`
-// and `alone`, the counters of its rows with and without helpers, and `owners`, the rows that helpers rendered.
+// The launch that is being made: arrays that it only reads, arrays of rows that it writes, and the helpers that have it. With
+// helpers also `next`, the counter of its rows, and `done`, 1 for each row that a helper rendered; else `taken` counts rows.
 let launch;
-const fresh = () => ({ given: [], written: [], hired: [], alone: 0 });
+const noLaunch = () => ({ given: [], written: [], asked: [], taken: 0 });
 // Memory for rows, by array, for the next launch with as many bytes.
 const lent = new Map();
 
@@ -42,14 +43,14 @@ export async function start(threads, module, ownMemory, onloss) {
 export function stop() {
   for (const { worker } of helpers) worker.terminate();
   helpers = [];
-  launch = fresh();
+  launch = noLaunch();
   lent.clear();
 }
 
 // Ends a helper for good.
 function dismiss(helper, why) {
   Atomics.store(helper.state, WELL, 0);
-  helper.worker.terminate();
+  helper.worker?.terminate();
   helper.why = why;
   if (!helpers.includes(helper)) return;
   helpers = helpers.filter((other) => other !== helper);
@@ -58,21 +59,26 @@ function dismiss(helper, why) {
 
 // Returns a new helper once it is ready, or has failed.
 function hire(module) {
-  const worker = new Worker("./helper.js", { type: "module" });
-  const helper = { worker, state: new Int32Array(new SharedArrayBuffer(8)), has: new Map(), why: "" };
+  const helper = { worker: undefined, state: new Int32Array(new SharedArrayBuffer(8)), has: new Map(), why: "" };
   return new Promise((resolve) => {
     const fail = (why) => {
       dismiss(helper, why);
       resolve(helper);
     };
     let panic = "";
-    worker.onerror = (event) => fail(event.message || "a helper could not be loaded");
-    worker.onmessage = ({ data }) => {
+    try {
+      helper.worker = new Worker("./helper.js", { type: "module" });
+    } catch (error) {
+      fail(error.message);
+      return;
+    }
+    helper.worker.onerror = (event) => fail(event.message || "a helper could not be loaded");
+    helper.worker.onmessage = ({ data }) => {
       if (typeof data === "string") panic = JSON.parse(data).panic ?? panic;
       else if (data.ready) resolve(helper);
-      else fail(panic || data.failed);
+      else fail(panic || data.failed || "a helper failed");
     };
-    worker.postMessage({ module, state: helper.state });
+    helper.worker.postMessage({ module, state: helper.state });
   });
 }
 
@@ -114,8 +120,8 @@ export function lend(array, y, first) {
 // Ends helpers whose copies would take too much memory.
 function fit() {
   const size = [...launch.given, ...launch.written].reduce((sum, { bytes }) => sum + bytes, 0);
-  const able = Math.floor(MAX_BYTES / Math.max(size, 1));
-  for (const helper of helpers.slice(able)) {
+  const able = Math.max(Math.floor(MAX_BYTES / Math.max(size, 1)) - 1, 0);
+  for (const helper of helpers.filter(isWell).slice(able)) {
     dismiss(helper, `all copies of a scene of ${Math.ceil(size / 2 ** 20)} MiB would take too much memory`);
   }
 }
@@ -123,45 +129,47 @@ function fit() {
 export function begin(features, params, bytes, rows) {
   fit();
   const { given, written } = launch;
+  const able = helpers.filter(isWell);
   const lacks = ({ has }) => given.filter(({ array, stamp }) => has.get(array) !== stamp);
   try {
-    if (written.some((rows) => !rows.lent)) return;
-    [launch.next, launch.owners] = [new Int32Array(new SharedArrayBuffer(4)), shared(rows)];
+    if (written.some((rows) => !rows.lent)) throw new RangeError("no memory for rows that threads share");
     const copies = new Map();
-    for (const { array, first, bytes } of new Set(helpers.flatMap(lacks))) {
+    for (const { array, first, bytes } of new Set(able.flatMap(lacks))) {
       copies.set(array, shared(bytes));
       copies.get(array).set(own(first, bytes));
     }
-    const { next, owners } = launch;
-    const job = { features, params: own(params, bytes).slice(), rows, written, next, owners };
-    for (const helper of helpers.filter(isWell)) {
+    const [next, done] = [new Int32Array(new SharedArrayBuffer(4)), shared(rows)];
+    const job = { features, params: own(params, bytes).slice(), rows, written, next, done };
+    Object.assign(launch, { next, done });
+    for (const helper of able) {
       const missing = lacks(helper);
       Atomics.store(helper.state, WORKING, 1);
-      launch.hired.push(helper);
+      launch.asked.push(helper);
       helper.worker.postMessage({ ...job, fresh: missing.map(({ array }) => [array, copies.get(array)]) });
       for (const { array, stamp } of missing) helper.has.set(array, stamp);
       for (const { array } of written) helper.has.delete(array);
     }
   } catch (error) {
-    // No memory to share: who has the launch renders it, with this worker. The last may not have got it.
-    const last = launch.hired.at(-1);
-    if (last) {
-      Atomics.store(last.state, WORKING, 0);
-      dismiss(last, error.message);
-    }
+    // No memory to share. Helpers that have the launch render it; the last of them did not get it.
+    const last = launch.asked.pop();
+    if (last) Atomics.store(last.state, WORKING, 0);
+    for (const helper of able.filter((helper) => !launch.asked.includes(helper))) dismiss(helper, error.message);
   }
 }
 
 export function next_row() {
-  return launch.next ? Atomics.add(launch.next, 0, 1) : launch.alone++;
+  return launch.next ? Atomics.add(launch.next, 0, 1) : launch.taken++;
 }
 
 export function end() {
-  for (const { state } of launch.hired) Atomics.wait(state, WORKING, 1);
+  for (const { state } of launch.asked) {
+    // A wait may end for a notification of the launch before.
+    while (Atomics.load(state, WORKING) === 1) Atomics.wait(state, WORKING, 1);
+  }
 }
 
 export function is_helped(y) {
-  return launch.owners?.[y] ?? 0;
+  return launch.done?.[y] ?? 0;
 }
 
 export function take_back(array, y, first) {
@@ -171,5 +179,8 @@ export function take_back(array, y, first) {
 
 export function finish(rows) {
   helped += rows;
-  launch = fresh();
+  for (const array of lent.keys()) {
+    if (!launch.written.some((written) => written.array === array)) lent.delete(array);
+  }
+  launch = noLaunch();
 }

@@ -120,16 +120,22 @@ function leave() {
   at("live").textContent = "";
 }
 
+function showDevice({ backend, name, details, why, alone, lost }) {
+  const parts = [backend === "wgpu" ? `WebGPU: ${name || "unnamed adapter"}` : `CPU: ${details}`];
+  if (why) parts.push(`not on a GPU: ${why}`);
+  if (alone) parts.push(`no more threads: ${alone}`);
+  if (lost) parts.push(`another ended: ${lost}`);
+  at("device").textContent = parts.join(" – ");
+}
+
 // Opens a device. The CPU has `threads` threads from now on, else one for each processor.
 async function open(backend, threads = state.threads) {
   leave();
   state.threads = threads;
   state.has = false;
   const { facts } = await renderer.call({ do: "open", backend, threads });
-  const why = facts.why ? ` – not on a GPU: ${facts.why}` : "";
-  const alone = facts.alone ? ` – no more threads: ${facts.alone}` : "";
-  const name = facts.backend === "wgpu" ? `WebGPU: ${facts.name || "unnamed adapter"}` : `CPU: ${facts.details}`;
-  at("device").textContent = `${name}${why}${alone}`;
+  showDevice(facts);
+  renderer.onloss = (threads, lost) => showDevice({ ...facts, details: `${threads} thread${threads === 1 ? "" : "s"}`, lost });
   return facts;
 }
 
@@ -290,9 +296,6 @@ function listen() {
     const pairs = dropped(event.dataTransfer);
     attempt(() => ask(async () => given(await pairs)));
   });
-  renderer.onloss = (threads, why) => {
-    at("device").textContent = `CPU: ${threads} thread${threads === 1 ? "" : "s"} – another ended: ${why}`;
-  };
   renderer.onprogress = (done, total) => {
     at("progress").value = total > 0 ? done / total : 0;
   };

@@ -28,7 +28,7 @@ export class Renderer {
       else this.onprogress(...progress);
       return;
     }
-    if (data.lost) {
+    if ("lost" in data) {
       this.onloss(data.threads, data.lost);
       return;
     }

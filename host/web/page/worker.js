@@ -9,7 +9,10 @@ let module;
 let memory;
 
 async function start() {
-  module = await WebAssembly.compileStreaming(fetch(new URL("./trisect_web_bg.wasm", import.meta.url)));
+  const url = new URL("./trisect_web_bg.wasm", import.meta.url);
+  // While it arrives, if the server names its media type.
+  const arriving = WebAssembly.compileStreaming(fetch(url));
+  module = await arriving.catch(async () => WebAssembly.compile(await (await fetch(url)).arrayBuffer()));
   const exports = await init({ module_or_path: module });
   perform = canSuspend ? WebAssembly.promising(exports.perform) : exports.perform;
   ({ memory } = exports);

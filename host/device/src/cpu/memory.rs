@@ -11,7 +11,7 @@ pub(super) struct Memory {
     stamp: AtomicU64,
 }
 
-/// Returns a number that no other call returns.
+/// Returns a number above 0 that no other call returns.
 fn fresh() -> u64 {
     static NEXT: AtomicU64 = AtomicU64::new(1);
     NEXT.fetch_add(1, Relaxed)
