@@ -49,7 +49,7 @@ struct Launch<'a> {
     by_pixel: Vec<(usize, usize)>,
 }
 
-/// Runs a launch of a render kernel with helpers, if there are any. Returns false if it was not run.
+/// Runs a launch of a render kernel with helpers, if there are any. Returns false if it did not.
 ///
 /// # Safety
 ///
