@@ -286,6 +286,32 @@ fn a_slab_is_as_in_closed_form(subject: BackendUnderTest) {
 
 for_each_backend!(a_slab_is_as_in_closed_form);
 
+/// A narrow side of a slab reflects the sun totally to a strip of the floor, which it also reaches
+/// through the slab. Walks find the side often, although it fills little of the ball around the
+/// slab.
+#[test]
+fn narrow_sides_are_found() {
+    let (tilt, thickness, x) = (0.1_f64, 0.5, -3.883);
+    let slab = "Box(min: (-4, 1, -4), max: (4, 1.5, 4), material: \"glass\")";
+    let sun = format!("Directional(direction: ({}, -1, 0), irradiance: (2, 2, 2))", -tilt);
+    let sin = tilt.hypot(1.0).recip() * tilt;
+    let reach = thickness * sin / IOR / (1.0 - (sin / IOR).powi(2)).sqrt();
+    assert!(x > -4.0 + tilt && x < -4.0 + tilt + reach, "the strip");
+    let once = 2.0 * (1.0 - sin * sin).sqrt() * (1.0 - reflectance(sin)).powi(2);
+    let scene = patch(x, slab, &sun);
+    let settings = Settings { samples: 256, ..Settings::of(&scene) };
+    let film = film(&mut BackendUnderTest::Cpu.renderer(&scene).unwrap(), &settings);
+    let want = 2.0 * once * ALBEDO * FRAC_1_PI;
+    let known = Known::of(&film.pixels, want);
+    let rays: u64 = film.pixels.iter().map(|pixel| pixel.segments).sum();
+    let rays = rays as f64 / f64::from(64 * settings.samples);
+    eprintln!("{known:?} for {want}, {} of it, {rays} rays", known.sigma / want);
+    assert!((known.mean - want).abs() < 4.0 * known.sigma + ROUNDING * want, "{known:?} for {want}");
+    // 0.0233 and 34; with walks towards the ball alone more than twice the deviation.
+    assert!(known.sigma < 0.03 * want && rays < 50.0, "{} of it, {rays} rays", known.sigma / want);
+    assert!((known.mean - 0.5 * want).abs() > 4.0 * known.sigma, "negative control: without the side");
+}
+
 /// Light passes a thin wall straight, weakened by Schlick's reflectance and the colour.
 fn a_pane_is_as_in_closed_form(subject: BackendUnderTest) {
     let pane = "Quad(corner: (-4, 1, -4), u: (8, 0, 0), v: (0, 0, 8), material: \"pane\")";

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 use trisect::device::cpu::Cpu;
-use trisect::device::{BackendError, Buffer, Command, Device, DeviceInfo, HostMemory, MathMode};
+use trisect::device::{BackendError, Buffer, Command, Device, DeviceInfo, MathMode};
 use trisect::render::{Schedule, Traversal};
 use trisect_kernels::EntryPoint;
 use trisect_shared::features::Features;
@@ -32,11 +32,6 @@ pub struct CountingBackend {
     /// Purpose of the memory at each address.
     purposes: HashMap<usize, &'static str>,
     written: WrittenBytes,
-}
-
-/// Returns the address of a buffer's memory.
-fn address(buffer: &Buffer) -> usize {
-    std::ptr::from_ref(buffer.memory::<HostMemory>().unwrap()).addr()
 }
 
 impl CountingBackend {
@@ -67,13 +62,13 @@ impl Device for CountingBackend {
 
     fn allocate(&mut self, bytes: u64, what: &'static str) -> Result<Buffer, BackendError> {
         let buffer = self.inner.allocate(bytes, what)?;
-        self.purposes.insert(address(&buffer), what);
+        self.purposes.insert(buffer.address(), what);
         Ok(buffer)
     }
 
     fn write(&mut self, to: &Buffer, first: u64, bytes: &[u8]) -> Result<(), BackendError> {
         if !bytes.is_empty() {
-            let what = self.purposes.get(&address(to)).copied().unwrap_or("memory of unknown purpose");
+            let what = self.purposes.get(&to.address()).copied().unwrap_or("memory of unknown purpose");
             *self.written.0.lock().unwrap().entry(what).or_default() += bytes.len() as u64;
         }
         self.inner.write(to, first, bytes)

@@ -28,6 +28,11 @@ impl Buffer {
         Arc::strong_count(&self.memory) > 1
     }
 
+    /// Returns the address of the backend's handle, by which buffers are told apart.
+    pub fn address(&self) -> usize {
+        Arc::as_ptr(&self.memory).addr()
+    }
+
     /// Returns the backend's handle, or `None` if the buffer is another backend's.
     pub fn memory<T: Any>(&self) -> Option<&T> {
         self.memory.downcast_ref()

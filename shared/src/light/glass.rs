@@ -7,10 +7,14 @@
 
 use super::{DIRECTIONAL, Light};
 use crate::buffer::load_record;
+use crate::features::{FeatureSet, Features};
 use crate::math::{max, mul_high, sqrt, unit_circle, unit_f32};
 use crate::params::RenderParams;
+use crate::planar::{DISC, Planar};
+use crate::primitive::{is_planar, is_triangle};
 use crate::rng::Words;
 use crate::scene::Scene;
+use crate::triangle::Triangle;
 use glam::Vec3;
 
 /// Kind of the record of a piece of glass.
@@ -18,6 +22,10 @@ pub const GLASS: u32 = 3;
 
 /// Maximum number of pieces that a choice compares.
 const COMPARED: u32 = 64;
+
+/// Number of primitives up to which a piece is thought to have flat sides, some of them narrow,
+/// which walks towards its ball miss.
+const FEW: u32 = 64;
 
 /// Piece of glass, as a reference point sees it. (Vectors begin rows of 16 bytes: naga lays records
 /// out so.)
@@ -51,6 +59,53 @@ impl Piece {
         let (c, s) = unit_circle(random.y);
         let (x, y) = crate::math::basis(self.axis);
         crate::math::normalize(x * (radius * c) + y * (radius * s) + self.axis * cos)
+    }
+
+    /// Returns a unit vector to begin a walk: towards the ball, and for three of four walks to a
+    /// piece of [few primitives](FEW) towards a point of one of them.
+    ///
+    /// # Safety
+    ///
+    /// `params` belongs to this scene, whose piece this is.
+    #[inline(always)]
+    #[allow(unsafe_code, reason = "see buffer")]
+    pub unsafe fn start<const POSSIBLE: Features>(
+        &self,
+        features: FeatureSet<POSSIBLE>,
+        params: &RenderParams,
+        scene: Scene,
+        from: Vec3,
+        random: Words,
+    ) -> Vec3 {
+        let mut direction = self.direction(random);
+        let name = self.first + mul_high(random.z, self.count);
+        if random.w >> 30 != 0 && self.count <= FEW && name < params.primitive_count {
+            let (u, v) = (unit_f32(random.x), unit_f32(random.y));
+            let mut to = Vec3::ZERO;
+            if is_triangle(features, params, name) {
+                // SAFETY: the caller's promise.
+                let triangle =
+                    unsafe { load_record::<Triangle>(scene.triangles, name - params.first_triangle) };
+                // As for lights: see `area`.
+                let root = sqrt(u);
+                to = triangle.a * (1.0 - root) + triangle.b * (root * (1.0 - v)) + triangle.c * (root * v)
+                    - from;
+            } else if is_planar(features, params, name) {
+                // SAFETY: the caller's promise.
+                let planar = unsafe { load_record::<Planar>(scene.planars, name - params.first_planar) };
+                let (mut across, mut down) = (u, v);
+                if planar.kind == DISC {
+                    let (cos, sin) = unit_circle(random.y);
+                    (across, down) = (sqrt(u) * cos, sqrt(u) * sin);
+                }
+                to = planar.origin + planar.edge_u * across + planar.edge_v * down - from;
+            }
+            let square = to.dot(to);
+            if square > 1e-37 && square < 1e37 {
+                direction = to * (1.0 / sqrt(square));
+            }
+        }
+        direction
     }
 
     /// Returns the sine of the angle that the ball fills around its axis; 1 from inside.

@@ -4,11 +4,11 @@
 //! A walk follows a [`tube`](super::tube) in some direction, and corrects the direction by Newton's
 //! method until the tube meets the light. Walks end in different refracted paths, or in none. One
 //! starts straight towards the light: behind a pane or a slab it finds the only path there is. One
-//! starts in a random direction towards a piece of glass. If it finds another path, further random
-//! walks are made until one finds that path again: their number estimates 1 over its probability
-//! without bias (Zeltner, Georgiev and Jakob, "Specular Manifold Sampling for Rendering
-//! High-Frequency Caustics and Glints", SIGGRAPH 2020, section 4.2), but for the limit
-//! [`MAX_TRIALS`]. Some connections do so, too, for paths with a mirror: one of the first
+//! starts in a [random direction](glass::Piece::start) towards a piece of glass. If it finds
+//! another path, further random walks are made until one finds that path again: their number
+//! estimates 1 over its probability without bias (Zeltner, Georgiev and Jakob, "Specular Manifold
+//! Sampling for Rendering High-Frequency Caustics and Glints", SIGGRAPH 2020, section 4.2), but for
+//! the limit [`MAX_TRIALS`]. Some connections do so, too, for paths with a mirror: one of the first
 //! [`MIRRORS`] surfaces reflects below the critical angle. Paths with two such are left out.
 
 use super::tube::{Arrival, NO_MIRROR, follow};
@@ -187,9 +187,11 @@ impl Path {
         let (mut mirror, mut next_mirror) = (NO_MIRROR, mul_high(random.y, MIRROR_CHOICES));
         while going {
             let block = blocks::refracted(self.segment, first_block + walks);
-            let mut start = piece.direction(self.key.words(block));
-            if walks == 0 {
-                start = to_light;
+            let mut start = to_light;
+            if walks > 0 {
+                let random = self.key.words(block);
+                // SAFETY: the caller's promise.
+                start = unsafe { piece.start(features, params, scene, vertex.surface.point, random) };
             }
             // SAFETY: the caller's promise.
             let walk = unsafe {
