@@ -16,7 +16,8 @@
 //!   and their attributes. `trisect::scene` checks them at load, `trisect::render::Renderer` again.
 //! * The media of materials, and the texels of their grids, are in range: `trisect::scene` checks
 //!   them with the other indices of a scene.
-//! * The primitives and aliases of lights are in range: `trisect::lights` numbers them itself.
+//! * The primitives and aliases of lights are in range, and so are the links of their tree:
+//!   `trisect::lights` numbers them itself.
 //! * A pixel lies inside the film: kernels compare with
 //!   [`RenderParams`](crate::params::RenderParams), and `trisect` compares its size with that of
 //!   the film of the launch.
@@ -30,6 +31,8 @@ use bytemuck::Pod;
 #[cfg(not(target_arch = "spirv"))]
 use bytemuck::{AnyBitPattern, NoUninit};
 use core::mem::MaybeUninit;
+#[cfg(not(target_arch = "spirv"))]
+use glam::UVec4;
 
 /// Returns `slice[index]` by value.
 ///
@@ -49,7 +52,7 @@ pub unsafe fn load<T: Packable>(slice: &[Packed<T>], index: u32) -> T {
 pub type RecordSlice<'a, T> = &'a [T];
 
 #[cfg(target_arch = "spirv")]
-pub use spirv::{RecordSlice, load_other, load_other_record, load_record};
+pub use spirv::{RecordSlice, load_other, load_other_record, load_record, load_row};
 #[cfg(not(target_arch = "spirv"))]
 pub use {load as load_record, load_other as load_other_record};
 
@@ -63,6 +66,24 @@ pub use {load as load_record, load_other as load_other_record};
 pub unsafe fn load_other<T: NoUninit, U: AnyBitPattern>(slice: &[T], index: u32) -> U {
     // SAFETY: the caller's promise.
     bytemuck::cast(unsafe { load::<T>(slice, index) })
+}
+
+/// Returns 16 bytes of an array of records that are multiples of them.
+///
+/// # Safety
+///
+/// `16 * index` is less than the bytes of the array; a debug build panics otherwise.
+#[cfg(not(target_arch = "spirv"))]
+#[inline(always)]
+pub unsafe fn load_row<T: NoUninit>(slice: &[T], index: u32) -> UVec4 {
+    const { assert!(size_of::<T>().is_multiple_of(16) && align_of::<T>() >= 16) }
+    debug_assert!((index as usize) < size_of_val(slice) / 16);
+    // A device loads all of it at once if the type says that it is aligned.
+    #[repr(C, align(16))]
+    #[derive(Clone, Copy)]
+    struct Row([u32; 4]);
+    // SAFETY: the caller's promise; a record is made of aligned rows, whose bits are words.
+    UVec4::from_array(unsafe { *slice.as_ptr().cast::<Row>().add(index as usize) }.0)
 }
 
 /// Returns `slice[index]` by reference, for records of which a traversal reads a few rows.
@@ -232,6 +253,17 @@ mod spirv {
     pub unsafe fn load_record<T: Packable<Rows: ReadRows>>(records: RecordSlice<'_, T>, index: u32) -> T {
         // SAFETY: the caller's promise.
         T::unpack(unsafe { Packed::<T>::read(records.rows, records.first + index * Packed::<T>::COUNT) })
+    }
+
+    /// Returns a row of an array.
+    ///
+    /// # Safety
+    ///
+    /// The array has such a row.
+    #[inline(always)]
+    pub unsafe fn load_row<T>(records: RecordSlice<'_, T>, index: u32) -> UVec4 {
+        // SAFETY: the caller's promise.
+        unsafe { *records.rows.get_unchecked((records.first + index) as usize) }
     }
 
     /// Returns the record of another type, with as many rows, that stands at `index`.

@@ -7,6 +7,7 @@
 mod area;
 mod directional;
 pub mod glass;
+mod importance;
 pub(crate) mod point;
 mod portal;
 pub mod sky;
@@ -108,7 +109,7 @@ pub unsafe fn sample<const POSSIBLE: Features>(
     if features.has::<LIGHT_TREE>() {
         // SAFETY: the feature says that there is a tree.
         let choice = unsafe { tree::choose(params, scene, &from, random) };
-        if choice.light == tree::NO_CHOICE {
+        if choice.light == tree::NOWHERE {
             return NO_LIGHT;
         }
         // SAFETY: the tree's indices are in range.

@@ -4,7 +4,6 @@
 //! Their records follow the planar shapes in their array, and are no primitives.
 
 use super::ReferencePoint;
-use super::tree::Siblings;
 use crate::buffer::load_record;
 use crate::math::{max, max_component, min, sqrt, unit_f32};
 use crate::params::RenderParams;
@@ -93,6 +92,47 @@ pub(super) unsafe fn view(
     View { weight: sum, pdf: by_weight + even * (1.0 / max(count, 1.0)) * EVEN_SHARE }
 }
 
+/// Choice among portals, one after the other: each takes the place of the one chosen before with
+/// its share of the weights so far, and the random number is stretched to the part that it fell
+/// into (weighted reservoir sampling, Chao, 1982).
+#[derive(Clone, Copy)]
+struct Selection {
+    /// Sum of the weights, of which none is below 0.
+    sum: f32,
+    /// Number of portals that the point sees.
+    count: f32,
+    /// True if they are chosen evenly.
+    even: bool,
+    random: f32,
+}
+
+impl Selection {
+    #[inline(always)]
+    fn new(random: f32, even_share: f32) -> Self {
+        let even = random < even_share;
+        let (low, width) = if even { (0.0, even_share) } else { (even_share, 1.0 - even_share) };
+        let random = min((random - low) * (1.0 / width), 0.999_999_94);
+        Self { sum: 0.0, count: 0.0, even, random }
+    }
+
+    /// Adds a portal. Returns whether it is the one chosen so far.
+    #[inline(always)]
+    fn add(&mut self, weight: f32) -> bool {
+        let mut chosen = false;
+        if weight > 0.0 {
+            let before = if self.even { self.count } else { self.sum };
+            self.sum += weight;
+            self.count += 1.0;
+            let weight = if self.even { 1.0 } else { weight };
+            let place = self.random * (before + weight);
+            chosen = place < weight;
+            let (part, width) = if chosen { (place, weight) } else { (place - weight, before) };
+            self.random = min(part * (1.0 / max(width, f32::MIN_POSITIVE)), 0.999_999_94);
+        }
+        chosen
+    }
+}
+
 /// Samples a portal in front of which `from` is, by `random.z`, and a point of it, by `random.x`
 /// and `random.y`. Returns the unit vector towards that point, or zero if there is no such portal.
 ///
@@ -107,7 +147,7 @@ pub(super) unsafe fn sample(
     from: &ReferencePoint,
     random: Words,
 ) -> Vec3 {
-    let mut portals = Siblings::new(unit_f32(random.z), EVEN_SHARE);
+    let mut portals = Selection::new(unit_f32(random.z), EVEN_SHARE);
     let (mut to, mut index) = (Vec3::ZERO, 0);
     while index < params.portal_count {
         // SAFETY: the caller's promise.

@@ -4,135 +4,105 @@
 //! arrives from it, and is chosen in proportion. Nodes have up to eight children: the bounds of
 //! smaller groups are tighter, so fewer levels make fewer errors.
 //!
-//! The nodes follow the lights in their array: the root, then the children of each node together.
+//! The tree follows the lights in their array: a record whose `kind` is a link to the children of
+//! the root, then [nodes](LightNode). A link to children is the number of the first of them, with
+//! their number and [flags](MIXED); a link to a light is its index with [`LEAF`].
 
+use super::importance::{Importances, NODE_ROWS, of_node};
 use super::{AREA, Light, ReferencePoint};
-use crate::buffer::load_record;
-use crate::math::{max, min, sqrt, unit_f32};
+use crate::buffer::{load_record, load_row};
+use crate::math::{max, min, unit_f32};
 use crate::params::RenderParams;
+pub use crate::records::light_node::LightNode;
 use crate::rng::Words;
 use crate::scene::Scene;
 
-/// Bit of [`Light::kind`] of a node that stands for one light, whose index the other bits are.
+/// Flag of a link that stands for one light, whose index the other bits are.
 pub const LEAF: u32 = 1 << 31;
 
-/// Index of a light that stands for no choice.
-pub const NO_CHOICE: u32 = u32::MAX;
+/// Flag of a link to children of which some are infinitely far, but not all.
+pub const MIXED: u32 = 1 << 30;
+
+/// Shift of the three bits of a link that are the number of the children less one.
+pub const COUNT_SHIFT: u32 = 27;
+
+/// Link that leads nowhere: the parent of the root, and the choice of no light.
+pub const NOWHERE: u32 = u32::MAX;
 
 /// Maximum number of children of a node.
 pub const WIDTH: usize = 8;
 
 /// Part of the choices at a node that is even among the children that may send light: what blocks a
 /// light is not known, and dim lights must not vanish beside a strong one behind a wall.
-pub const EVEN_SHARE: f32 = 1.0 / 64.0;
+const EVEN_SHARE: f32 = 1.0 / 64.0;
 
 /// Part of even choices between lights that are infinitely far and lights in the scene: a sun that
 /// does not enter a room is a thousand times as strong as its lamps.
-pub const EVEN_SHARE_OF_DISTANT: f32 = 0.5;
-
-/// Factor of the importance of lights below the horizon: a normal map may turn the horizon.
-const BELOW_HORIZON: f32 = 0.02;
+const EVEN_SHARE_OF_DISTANT: f32 = 0.5;
 
 /// Light that was chosen, and the probability of that choice.
 #[derive(Clone, Copy, Debug)]
 pub struct Choice {
-    /// Index of the light, or [`NO_CHOICE`].
+    /// Index of the light, or [`NOWHERE`].
     pub light: u32,
     /// Probability of the choice.
     pub probability: f32,
 }
 
-/// Returns cosine and sine of angle a less angle b, of 0 if b is greater; both are from 0 to π and
-/// given by cosine and sine.
+/// Returns the number of the first child that this links to.
 #[inline(always)]
-fn turned(a: (f32, f32), b: (f32, f32)) -> (f32, f32) {
-    let less = (a.0 * b.0 + a.1 * b.1, a.1 * b.0 - a.0 * b.1);
-    if a.0 >= b.0 { (1.0, 0.0) } else { less }
+pub const fn first_child(link: u32) -> u32 {
+    link & ((1 << COUNT_SHIFT) - 1)
 }
 
-/// Returns the sine, at least 0, of the angle from 0 to π that has this cosine.
+/// Returns the number of children that this links to.
 #[inline(always)]
-fn sine(cos: f32) -> f32 {
-    sqrt(max(1.0 - cos * cos, 0.0))
+pub const fn child_count(link: u32) -> u32 {
+    (link >> COUNT_SHIFT & 7) + 1
 }
 
-/// Returns an upper bound, but for the distance, of the light that arrives from a node: its
-/// strength over the squared distance, times bounds of the cosines at the lights and at the surface
-/// (section 4.1 of the paper).
+/// Returns the first row of the tree in the array of lights.
 #[inline(always)]
-fn importance(node: &Light, from: &ReferencePoint) -> f32 {
-    let (radius, cone) = (node.probability, (node.cone_offset, node.intensity.z));
-    let (mut direction, mut spread, mut received) = (node.axis, cone, 1.0);
-    if radius >= 0.0 {
-        let to = node.position - from.point;
-        let (square, least) = (to.dot(to), max(radius * radius, 1e-30));
-        received = 1.0 / max(square, least);
-        spread = (-1.0, 0.0);
-        if square > least {
-            let inverse = sqrt(received);
-            direction = to * inverse;
-            let sine = min(radius * inverse, 1.0);
-            spread = (sqrt(max(1.0 - sine * sine, 0.0)), sine);
-        }
-        if cone.0 > -1.0 {
-            let cos = -node.axis.dot(direction);
-            let emitted = turned(turned((cos, sine(cos)), cone), spread).0;
-            received *= if emitted > node.intensity.y { emitted } else { 0.0 };
-        }
-    }
-    if from.normal.dot(from.normal) > 0.0 {
-        let cos = from.normal.dot(direction);
-        received *= max(turned((cos, sine(cos)), spread).0, BELOW_HORIZON);
-    }
-    node.intensity.x * received
+fn first_row(params: &RenderParams) -> u32 {
+    (params.light_count + 1) * (size_of::<Light>() / 16) as u32
 }
 
-/// Choice among the children of a node, one after the other: each takes the place of the one chosen
-/// before with its share of the weights so far, and the random number is stretched to the part that
-/// it fell into (weighted reservoir sampling, Chao, 1982).
-#[derive(Clone, Copy)]
-pub(super) struct Siblings {
-    /// Sum of the importances, of which none is below 0.
-    sum: f32,
-    /// Number of children that may send light.
-    count: f32,
-    /// True if they are chosen evenly.
-    even: bool,
-    random: f32,
+/// Children of a node, and the probabilities with which a descent chooses them.
+struct Children {
+    importances: Importances,
+    /// Factor of an importance in a probability.
+    by_importance: f32,
+    /// Even part of the probability of each child that may send light.
+    evenly: f32,
 }
 
-impl Siblings {
+impl Children {
+    /// # Safety
+    ///
+    /// The link is that of children in the tree with this first row.
     #[inline(always)]
-    pub(super) fn new(random: f32, even_share: f32) -> Self {
-        let even = random < even_share;
-        let (low, width) = if even { (0.0, even_share) } else { (even_share, 1.0 - even_share) };
-        let random = min((random - low) * (1.0 / width), 0.999_999_94);
-        Self { sum: 0.0, count: 0.0, even, random }
+    #[allow(unsafe_code, reason = "see buffer")]
+    unsafe fn new(scene: Scene, first: u32, link: u32, from: &ReferencePoint) -> Self {
+        // SAFETY: the caller's promise.
+        let importances =
+            unsafe { Importances::new(scene, first, first_child(link), child_count(link), from) };
+        let even_share = if link & MIXED != 0 { EVEN_SHARE_OF_DISTANT } else { EVEN_SHARE };
+        let by_importance = (1.0 - even_share) * (1.0 / max(importances.sum, f32::MIN_POSITIVE));
+        let evenly = even_share * (1.0 / max(importances.lit, 1.0));
+        Self { importances, by_importance, evenly }
     }
 
-    /// Adds a child. Returns whether it is the one chosen so far.
+    /// Returns the probability of the child at `place`.
+    ///
+    /// # Safety
+    ///
+    /// There is this child.
     #[inline(always)]
-    pub(super) fn add(&mut self, importance: f32) -> bool {
-        let mut chosen = false;
-        if importance > 0.0 {
-            let before = if self.even { self.count } else { self.sum };
-            self.sum += importance;
-            self.count += 1.0;
-            let weight = if self.even { 1.0 } else { importance };
-            let place = self.random * (before + weight);
-            chosen = place < weight;
-            let (part, width) = if chosen { (place, weight) } else { (place - weight, before) };
-            self.random = min(part * (1.0 / max(width, f32::MIN_POSITIVE)), 0.999_999_94);
-        }
-        chosen
-    }
-
-    /// Returns the probability of a child.
-    #[inline(always)]
-    fn probability(&self, importance: f32, even_share: f32) -> f32 {
-        let by_importance = importance * (1.0 / max(self.sum, f32::MIN_POSITIVE));
-        let evenly = 1.0 / max(self.count, 1.0);
-        if importance > 0.0 { by_importance * (1.0 - even_share) + evenly * even_share } else { 0.0 }
+    #[allow(unsafe_code, reason = "see buffer")]
+    unsafe fn probability(&self, place: u32) -> f32 {
+        // SAFETY: the caller's promise.
+        let importance = unsafe { self.importances.of(place) };
+        if importance > 0.0 { importance * self.by_importance + self.evenly } else { 0.0 }
     }
 }
 
@@ -154,16 +124,14 @@ pub(super) struct Arriving {
 #[allow(unsafe_code, reason = "see buffer")]
 pub(super) unsafe fn arriving(params: &RenderParams, scene: Scene, from: &ReferencePoint) -> Arriving {
     let mut sum = Arriving { near: 0.0, distant: 0.0 };
+    let first = first_row(params);
     // SAFETY: the caller's promise.
-    let root = unsafe { load_record::<Light>(scene.lights, params.light_count) };
-    let is_leaf = root.kind & LEAF != 0;
-    let (first, count) = if is_leaf { (params.light_count, 1) } else { (root.kind, root.alias) };
-    let mut child = 0;
-    while child < count {
+    let link = unsafe { load_record::<Light>(scene.lights, params.light_count) }.kind;
+    let (mut child, end) = (first_child(link), first_child(link) + child_count(link));
+    while child < end {
         // SAFETY: as above.
-        let node = unsafe { load_record::<Light>(scene.lights, first + child) };
-        let importance = importance(&node, from);
-        if node.probability < 0.0 {
+        let (importance, is_distant) = unsafe { of_node(scene, first, child, from) };
+        if is_distant {
             sum.distant += importance;
         } else {
             sum.near += importance;
@@ -184,36 +152,39 @@ pub(super) unsafe fn arriving(params: &RenderParams, scene: Scene, from: &Refere
 pub unsafe fn choose(params: &RenderParams, scene: Scene, from: &ReferencePoint, random: Words) -> Choice {
     let (mut probability, mut level) = (1.0, 0);
     let (mut number, mut word) = (unit_f32(random.z), random.w);
+    let first = first_row(params);
     // SAFETY: the caller's promise.
-    let mut node = unsafe { load_record::<Light>(scene.lights, params.light_count) };
-    while node.kind & LEAF == 0 {
-        let mut siblings = Siblings::new(number, node.cone_scale);
-        let (mut chosen, mut own) = (NO_CHOICE, 0.0);
-        let mut child = 0;
-        while child < node.alias {
-            // SAFETY: as above.
-            let importance =
-                importance(&unsafe { load_record::<Light>(scene.lights, node.kind + child) }, from);
-            if siblings.add(importance) {
-                (chosen, own) = (node.kind + child, importance);
+    let mut link = unsafe { load_record::<Light>(scene.lights, params.light_count) }.kind;
+    while link & LEAF == 0 {
+        // SAFETY: as above.
+        let children = unsafe { Children::new(scene, first, link, from) };
+        // By the cumulative probabilities: children beside each other have numbers beside each
+        // other, so that well distributed numbers choose well distributed lights.
+        let (mut sum, mut before, mut own, mut chosen) = (0.0, 0.0, 0.0, NOWHERE);
+        let mut place = 0;
+        while place < child_count(link) {
+            // SAFETY: there are so many.
+            let probability = unsafe { children.probability(place) };
+            if probability > 0.0 && sum <= number {
+                (before, own, chosen) = (sum, probability, first_child(link) + place);
             }
-            child += 1;
+            sum += probability;
+            place += 1;
         }
-        probability *= siblings.probability(own, node.cone_scale);
-        number = siblings.random;
+        probability *= own;
+        number = min((number - before) * (1.0 / max(own, f32::MIN_POSITIVE)), 0.999_999_94);
         level += 1;
         if level & 1 == 0 {
             number = unit_f32(word);
             word = (word ^ (word >> 15)).wrapping_mul(0x2c1b_3c6d) ^ level;
         }
-        if chosen == NO_CHOICE {
-            node.kind = NO_CHOICE;
-        } else {
+        link = chosen;
+        if chosen != NOWHERE {
             // SAFETY: as above.
-            node = unsafe { load_record::<Light>(scene.lights, chosen) };
+            link = unsafe { load_row(scene.lights, first + NODE_ROWS * chosen + 1) }.z;
         }
     }
-    Choice { light: if node.kind == NO_CHOICE { NO_CHOICE } else { node.kind & !LEAF }, probability }
+    Choice { light: if link == NOWHERE { NOWHERE } else { link & !LEAF }, probability }
 }
 
 /// Returns the probability that [`choose`] chooses a primitive that emits, and its pdf by area; 0
@@ -244,23 +215,18 @@ pub unsafe fn area_pdf(params: &RenderParams, scene: Scene, from: &ReferencePoin
     if light.primitive != primitive || light.kind != AREA {
         return 0.0;
     }
-    let (mut pdf, mut place) = (light.intensity.x, light.threshold);
-    while place != params.light_count && pdf > 0.0 {
-        // SAFETY: as above.
-        let node = unsafe { load_record::<Light>(scene.lights, place) };
-        // SAFETY: as above.
-        let parent = unsafe { load_record::<Light>(scene.lights, node.primitive) };
-        let (mut siblings, mut own, mut child) = (Siblings::new(0.0, 1.0), 0.0, 0);
-        while child < parent.alias {
-            // SAFETY: as above.
-            let importance =
-                importance(&unsafe { load_record::<Light>(scene.lights, parent.kind + child) }, from);
-            siblings.add(importance);
-            own = if parent.kind + child == place { importance } else { own };
-            child += 1;
+    let first = first_row(params);
+    let (mut pdf, mut link, mut place) = (light.intensity.x, light.threshold, light.alias);
+    while link != NOWHERE && pdf > 0.0 {
+        let row = first + NODE_ROWS * first_child(link) + 1;
+        // SAFETY: as above; where there is a parent, there are two children.
+        unsafe {
+            pdf *= Children::new(scene, first, link, from).probability(place);
+            link = load_row(scene.lights, row).w;
+            if link != NOWHERE {
+                place = load_row(scene.lights, row + NODE_ROWS).w;
+            }
         }
-        pdf *= siblings.probability(own, parent.cone_scale);
-        place = node.primitive;
     }
     pdf
 }

@@ -6,17 +6,9 @@ use glam::Vec3;
 /// Light, and its entry of the alias table (Walker, 1977; Vose, 1991), which chooses lights by
 /// power. 64 bytes.
 ///
-/// Beside a [tree](crate::light::tree) the record of an area light has the index of its leaf as
-/// `threshold`, and its pdf by area as `intensity.x`.
-///
-/// A node of the tree is such a record, too: `kind` is the index of the first of its children, of
-/// which there are `alias`, or its light with [`LEAF`](crate::light::tree::LEAF); `primitive` is
-/// its parent, `cone_scale` the share of even choices among the children; `position` and
-/// `probability` are middle and radius of a sphere around its lights, or a radius below 0 for
-/// lights that are infinitely far. `axis`, `cone_offset` and `intensity.z` are the axis of the cone
-/// of their normals, and the cosine and sine of its angle; for infinitely far lights, the cone of
-/// the directions towards them. `intensity.y` is the cosine of the angle up to which each sends
-/// light beyond its normal; `intensity.x` their strength, intensity or irradiance.
+/// Beside a [tree](crate::light::tree) the record of a light has the link to its siblings, the
+/// children of the same node, as `threshold` and its place among them as `alias`; that of an area
+/// light has its pdf by area as `intensity.x`.
 #[repr(C, align(16))]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Light {

@@ -9,6 +9,7 @@ pub mod first_hit;
 pub mod instance;
 pub mod layers;
 pub mod light;
+pub mod light_node;
 pub mod material;
 pub mod medium;
 pub mod texture;

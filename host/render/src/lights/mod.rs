@@ -124,7 +124,8 @@ impl Lights {
         let distant = lights.iter().filter(|light| light.kind == DIRECTIONAL).count() as u32;
         let before_portals = count > 0 && environment_probability > 0.0 && !scene.portals.is_empty();
         let mut sky_strength = 0.0;
-        if count >= FIRST_TREE || (1..count).contains(&distant) || before_portals {
+        let has_tree = count >= FIRST_TREE || (1..count).contains(&distant) || before_portals;
+        if has_tree && count <= tree::MAX_LIGHTS {
             let members = members::of(scene, &lights);
             for (light, area) in lights.iter_mut().zip(areas_of_lights) {
                 light.intensity.x = (1.0 / area) as f32;

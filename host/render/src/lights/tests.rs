@@ -6,7 +6,7 @@ use glam::Vec3;
 use trisect_scene::Scene;
 use trisect_scene::builder::{Camera, Emissive, Lambertian, SceneBuilder};
 use trisect_shared::bvh::NO_PRIMITIVE;
-use trisect_shared::light::tree::{LEAF, WIDTH, area_pdf, choose};
+use trisect_shared::light::tree::{LEAF, LightNode, NOWHERE, area_pdf, child_count, choose, first_child};
 use trisect_shared::light::{DIRECTIONAL, Light, POINT, ReferencePoint};
 use trisect_shared::params::RenderParams;
 use trisect_shared::rng::{PathKey, Words};
@@ -89,26 +89,35 @@ fn points() -> impl Iterator<Item = ReferencePoint> {
     })
 }
 
-/// Each light is a leaf once, and each node knows its parent.
+/// Each light is a leaf once, and knows the way to the root.
 #[test]
 fn each_light_is_a_leaf() {
     for count in [2, 3, 9, 400] {
         let lights = Lights::new(&scene(count));
         assert!(lights.has_tree() && lights.count == 2 * count);
-        let mut leaves = vec![0; lights.count as usize];
-        for (place, node) in lights.lights.iter().enumerate().skip(lights.count as usize) {
-            if node.kind & LEAF != 0 {
-                leaves[(node.kind & !LEAF) as usize] += 1;
-                assert_eq!(lights.lights[(node.kind & !LEAF) as usize].threshold as usize, place);
-                continue;
-            }
-            assert!((2..=WIDTH as u32).contains(&node.alias), "{}", node.alias);
-            for child in node.kind..node.kind + node.alias {
-                let child = &lights.lights[child as usize];
-                assert_eq!(child.primitive as usize, place);
-                let reach = child.position.distance(node.position) + child.probability;
-                // The box of a node is inside its sphere, not the spheres of its children.
-                assert!(reach < 2.0 * node.probability + 1e-5);
+        let (own, tree) = lights.lights.split_at(lights.count as usize);
+        let nodes: &[LightNode] = bytemuck::cast_slice(&tree[1..]);
+        let mut leaves = vec![0; own.len()];
+        // Link to children, with the link to their parent's siblings, its place, and its node.
+        let mut waiting = vec![(tree[0].kind, NOWHERE, 0, None::<LightNode>)];
+        while let Some((link, siblings, place, parent)) = waiting.pop() {
+            let children = &nodes[first_child(link) as usize..][..child_count(link) as usize];
+            assert!(children.len() >= 2);
+            assert_eq!(children[0].back, siblings);
+            assert!(siblings == NOWHERE || children[1].back == place);
+            for (place, child) in (0..).zip(children) {
+                if let Some(parent) = parent {
+                    let reach = child.center.distance(parent.center) + child.radius;
+                    // The box of a node is inside its sphere, not the spheres of its children.
+                    assert!(reach < 2.0 * parent.radius + 1e-5);
+                }
+                if child.link & LEAF == 0 {
+                    waiting.push((child.link, link, place, Some(*child)));
+                } else {
+                    let light = (child.link & !LEAF) as usize;
+                    leaves[light] += 1;
+                    assert_eq!((own[light].threshold, own[light].alias), (link, place));
+                }
             }
         }
         assert!(leaves.iter().all(|&count| count == 1));

@@ -3,8 +3,9 @@
 use super::bounds::Bounds;
 use bytemuck::Zeroable;
 use glam::DVec3;
+use std::f64::consts::{FRAC_PI_2, PI};
 use trisect_shared::light::Light;
-use trisect_shared::light::tree::{EVEN_SHARE, EVEN_SHARE_OF_DISTANT, LEAF, WIDTH};
+use trisect_shared::light::tree::{COUNT_SHIFT, LEAF, LightNode, MIXED, NOWHERE, WIDTH, first_child};
 
 /// Light with its bounds, before its place in the tree is known.
 #[derive(Clone, Copy)]
@@ -23,6 +24,14 @@ const BUCKETS: usize = 12;
 /// make a chain.
 const MAX_DEPTH: usize = 64;
 
+/// Greatest number of lights of a tree: nodes have at least two children, and a link has room for
+/// twice as many nodes.
+pub(super) const MAX_LIGHTS: u32 = 1 << (COUNT_SHIFT - 1);
+
+/// Angle to their normals, in radians, below which lights count as sending light only into the cone
+/// of these.
+const NARROW: f64 = 0.1;
+
 /// Node of the binary tree, which becomes part of the tree of wider nodes.
 struct Node {
     bounds: Bounds,
@@ -36,40 +45,54 @@ enum Content {
     Children([usize; 2]),
 }
 
-/// Appends the nodes of a tree over `members` to the lights, and writes each light's leaf to it.
-/// Nodes have strengths in units of the power of two below the greatest, which it returns, so that
-/// scenes of all scales have the same numbers. There is a member.
+/// Appends a tree over `members` to the lights, and writes to each light the link to its siblings
+/// and its place among them. Nodes have strengths in units of the power of two below the greatest,
+/// which it returns, so that scenes of all scales have the same numbers. There is a member, and at
+/// most [`MAX_LIGHTS`].
 pub(super) fn append(lights: &mut Vec<Light>, mut members: Vec<Member>) -> f64 {
     let greatest = members.iter().map(|member| member.bounds.strength).fold(0.0, f64::max);
     let unit = f64::from_bits(greatest.to_bits() & 0x7ff0_0000_0000_0000).max(f64::MIN_POSITIVE);
     members.iter_mut().for_each(|member| member.bounds.strength /= unit);
-    let nodes = binary(&mut members);
-    // Place of a node among the lights, place of its parent, and the node.
-    let mut waiting = vec![(lights.len(), 0, 0)];
-    lights.push(Zeroable::zeroed());
-    while let Some((place, parent, index)) = waiting.pop() {
-        let mut record = record(&nodes[index]);
-        record.primitive = parent;
-        let children = match nodes[index].content {
-            Content::Light(light) => {
-                record.kind = LEAF | light;
-                lights[light as usize].threshold = place as u32;
-                Vec::new()
-            }
-            Content::Children(children) => {
-                record.kind = lights.len() as u32;
-                widened(&nodes, children)
-            }
+    let binary = binary(&mut members);
+    let mut nodes: Vec<LightNode> = Vec::new();
+    let mut root: Light = Zeroable::zeroed();
+    // Node of the binary tree, with the link to its siblings and its place among them.
+    let mut waiting = vec![(0, NOWHERE, 0)];
+    while let Some((index, siblings, place)) = waiting.pop() {
+        let children = match binary[index].content {
+            // The only light.
+            Content::Light(_) => vec![index],
+            Content::Children(children) => widened(&binary, children),
         };
-        let mixed = children.iter().any(|&child| nodes[child].distant != nodes[index].distant);
-        record.cone_scale = if mixed { EVEN_SHARE_OF_DISTANT } else { EVEN_SHARE };
-        record.alias = children.len() as u32;
-        for child in children {
-            waiting.push((lights.len(), place as u32, child));
-            lights.push(Zeroable::zeroed());
+        let mixed = children.iter().any(|&child| binary[child].distant != binary[index].distant);
+        let mut link = nodes.len() as u32 | (children.len() as u32 - 1) << COUNT_SHIFT;
+        link |= if mixed { MIXED } else { 0 };
+        if siblings == NOWHERE {
+            root.kind = link;
+        } else {
+            nodes[(first_child(siblings) + place) as usize].link = link;
         }
-        lights[place] = record;
+        for (place, &child) in (0..).zip(&children) {
+            let mut node = record(&binary[child]);
+            if let Content::Light(light) = binary[child].content {
+                node.link = LEAF | light;
+                let light = &mut lights[light as usize];
+                (light.threshold, light.alias) = (link, place);
+            } else {
+                waiting.push((child, link, place));
+            }
+            nodes.push(node);
+        }
+        let new = nodes.len() - children.len();
+        nodes[new].back = siblings;
+        if let Some(second) = nodes.get_mut(new + 1) {
+            second.back = place;
+        }
     }
+    lights.push(root);
+    // A CPU reads three nodes as four; four nodes are as long as three lights.
+    nodes.resize((nodes.len() + 1).next_multiple_of(4), LightNode::default());
+    lights.extend_from_slice(bytemuck::cast_slice(&nodes));
     unit
 }
 
@@ -180,19 +203,30 @@ fn divide(group: &mut [Member], bounds: &Bounds) -> usize {
     if count == 0 || count == group.len() { group.len() / 2 } else { count }
 }
 
-/// Returns the record of a node without its place in the tree.
-fn record(of: &Node) -> Light {
-    let (bounds, mut node): (_, Light) = (&of.bounds, Zeroable::zeroed());
-    node.position = bounds.middle().as_vec3();
+/// Returns the record of a node without its links.
+fn record(of: &Node) -> LightNode {
+    let Bounds { low, high, cone, end, strength } = of.bounds;
+    let middle = of.bounds.middle();
     // A little wider for the rounding of the middle.
-    let radius = 0.5 * (bounds.high - bounds.low).length() + 1e-7 * bounds.middle().length();
-    node.probability = if of.distant { -1.0 } else { radius as f32 };
+    let radius = 0.5 * (high - low).length() + 1e-7 * middle.length();
     // As wide as rounding of a cosine near 1 makes it.
-    let angle = (bounds.cone.angle + 1e-3).min(std::f64::consts::PI);
-    node.axis = bounds.cone.axis.as_vec3();
-    node.cone_offset = angle.cos() as f32;
-    node.intensity.z = angle.sin().max(0.0) as f32;
-    node.intensity.y = (bounds.end + 1e-3).min(std::f64::consts::FRAC_PI_2).cos() as f32;
-    node.intensity.x = bounds.strength as f32;
-    node
+    let angle = (cone.angle + 1e-3).min(PI);
+    let is_narrow = !of.distant && end < NARROW;
+    let sine = if of.distant && angle > FRAC_PI_2 {
+        // A bound of the cosine is 1 at every angle, then.
+        2.0
+    } else if !of.distant && angle >= PI {
+        -1.0
+    } else {
+        angle.sin().max(0.0)
+    };
+    LightNode {
+        center: middle.as_vec3(),
+        radius: if of.distant { -1.0 } else { radius as f32 },
+        strength: if is_narrow { -strength } else { strength } as f32,
+        sine: sine as f32,
+        axis: cone.axis.as_vec3(),
+        cosine: angle.cos() as f32,
+        ..LightNode::default()
+    }
 }
