@@ -1,7 +1,6 @@
-//! Importance of nodes of a light tree: a bound of the light that arrives at a point from their
-//! lights (Conty Estevez and Kulla 2018, section 4.1).
+//! Importance of nodes of a light tree: about the greatest light that may arrive at a point from
+//! their lights (after Conty Estevez and Kulla 2018, section 4.1). It is 0 only where none arrives.
 
-use super::tree::WIDTH;
 use super::{Light, ReferencePoint};
 use crate::buffer::{load_local, load_row, store_local};
 use crate::math::{max, min, sqrt};
@@ -12,6 +11,9 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 use glam::UVec4;
 #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
 use glam::{Mat4, Vec4};
+
+/// Maximum number of children of a node.
+pub const WIDTH: usize = 8;
 
 /// Factor of the importance of lights below the horizon: a normal map may turn the horizon.
 const BELOW_HORIZON: f32 = 0.02;
@@ -99,19 +101,20 @@ struct Sphere<N>(N, N, N, N);
 /// Last row of nodes: axis and cosine of their cone.
 struct Cone<N>(N, N, N, N);
 
-/// How light of a node arrives at a point.
+/// Direction and amount of the light of nodes that arrives at a point.
 struct Arrival<N> {
     /// Unit vector from where most of it comes.
     direction: [N; 3],
     /// Sine of the angle from there to where all of it comes from.
     spread: N,
-    /// Bound of the light that arrives, without the cosine at the surface, for a strength of 1.
+    /// Light that arrives, without the cosine at the surface, for a strength of 1.
     received: N,
 }
 
 /// Returns how light arrives from nodes that are not infinitely far: by the squared distance, and
-/// by a bound of the cosine at the lights. The bound is cos θ + sin θᵤ, at most 1, where θᵤ is the
-/// angle from the middle of the sphere to its border: not below cos(θ - θᵤ), and 0 where that is.
+/// by the cosine at the lights. Where θᵤ is the angle from the middle of the sphere to its border,
+/// cos θ + sin θᵤ, at most 1, stands for the greatest cosine, cos(θ - θᵤ): it is not below that up
+/// to 90°, below it beyond, and 0 where that is. From inside, the distance counts as the radius.
 #[inline(always)]
 fn near<N: Lanes>(
     sphere: Sphere<N>,
@@ -144,8 +147,8 @@ fn near<N: Lanes>(
     Arrival { direction: [x, y, z], spread, received }
 }
 
-/// Returns importances of nodes from which light arrives so: with a bound of the cosine at the
-/// surface, as in [`near`].
+/// Returns importances of nodes from which light arrives so: with the cosine at the surface, as in
+/// [`near`].
 #[inline(always)]
 fn importance<N: Lanes>(strength: N, arrival: Arrival<N>, from: &ReferencePoint) -> N {
     let Arrival { direction: [x, y, z], spread, mut received } = arrival;

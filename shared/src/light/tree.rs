@@ -1,13 +1,14 @@
 //! Light tree: a tree of bounds of lights, by which a connection descends to one light (Conty
 //! Estevez and Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", High
-//! Performance Graphics 2018). Each child of a node has an importance, a bound of the light that
-//! arrives from it, and is chosen in proportion. Nodes have up to eight children: the bounds of
-//! smaller groups are tighter, so fewer levels make fewer errors.
+//! Performance Graphics 2018). Each child of a node has an importance, about the greatest light
+//! that may arrive from it, and is chosen in proportion. Nodes have up to eight children: smaller
+//! groups are known better, so fewer levels make fewer errors.
 //!
 //! The tree follows the lights in their array: a record whose `kind` is a link to the children of
 //! the root, then [nodes](LightNode). A link to children is the number of the first of them, with
 //! their number and [flags](MIXED); a link to a light is its index with [`LEAF`].
 
+pub use super::importance::WIDTH;
 use super::importance::{Importances, NODE_ROWS, of_node};
 use super::{AREA, Light, ReferencePoint};
 use crate::buffer::{load_record, load_row};
@@ -28,9 +29,6 @@ pub const COUNT_SHIFT: u32 = 27;
 
 /// Link that leads nowhere: the parent of the root, and the choice of no light.
 pub const NOWHERE: u32 = u32::MAX;
-
-/// Maximum number of children of a node.
-pub const WIDTH: usize = 8;
 
 /// Part of the choices at a node that is even among the children that may send light: what blocks a
 /// light is not known, and dim lights must not vanish beside a strong one behind a wall.
@@ -106,7 +104,7 @@ impl Children {
     }
 }
 
-/// Bounds of the light that arrives at a point, as importances of nodes state it.
+/// Light that arrives at a point, as importances of nodes state it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Arriving {
     /// Sum for the lights in the scene.

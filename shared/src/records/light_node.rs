@@ -20,11 +20,11 @@ pub struct LightNode {
     pub sine: f32,
     /// Link to its children, or its light.
     pub link: u32,
-    /// Of the first child of a node, the link to the children of that node's parent; of the second,
-    /// the place of the node among them.
+    /// Way back to the root: in the first child of a node the link to the children of that node's
+    /// parent, in the second the place of the node among them.
     pub back: u32,
-    /// Axis of the cone of their normals, a unit vector; of infinitely far lights, of the directions
-    /// towards them.
+    /// Axis of the cone of their normals, a unit vector; of infinitely far lights, of the
+    /// directions towards them.
     pub axis: Vec3,
     /// Cosine of the angle of the cone.
     pub cosine: f32,
