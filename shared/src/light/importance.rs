@@ -9,7 +9,7 @@ use crate::scene::Scene;
 use core::mem::MaybeUninit;
 use core::ops::{Add, Div, Mul, Neg, Sub};
 use glam::UVec4;
-#[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 use glam::{Mat4, Vec4};
 
 /// Maximum number of children of a node.
@@ -22,7 +22,8 @@ const BELOW_HORIZON: f32 = 0.02;
 pub(super) const NODE_ROWS: u32 = (size_of::<LightNode>() / 16) as u32;
 
 /// A number of each of the nodes that are looked at together, by the same operations: of one on a
-/// GPU, where code must be short, and of four on a CPU (docs/notebook/light-tree.md).
+/// GPU and in a browser, where code must be short, and of four on other processors
+/// (docs/notebook/light-tree.md).
 trait Lanes:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
@@ -67,7 +68,7 @@ impl Lanes for f32 {
     }
 }
 
-#[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 impl Lanes for Vec4 {
     #[inline(always)]
     fn sqrt(self) -> Vec4 {
@@ -178,7 +179,7 @@ fn importance_of_one(
 }
 
 /// Returns the importances of four nodes by their rows.
-#[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 #[inline(always)]
 fn importances_of_four(
     sphere: Sphere<Vec4>,
@@ -239,7 +240,7 @@ pub(super) unsafe fn of_node(scene: Scene, first: u32, node: u32, from: &Referen
 /// # Safety
 ///
 /// There are these nodes.
-#[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 #[inline(always)]
 #[allow(unsafe_code, reason = "see buffer")]
 unsafe fn of_four_nodes(scene: Scene, first: u32, node: u32, from: &ReferencePoint) -> Vec4 {
@@ -279,7 +280,7 @@ impl Importances {
     pub unsafe fn new(scene: Scene, first: u32, child: u32, count: u32, from: &ReferencePoint) -> Self {
         let mut of = Self { all: MaybeUninit::uninit(), sum: 0.0, lit: 0.0 };
         let mut place = 0;
-        #[cfg(not(any(target_arch = "spirv", target_arch = "nvptx64")))]
+        #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
         if count > 2 {
             while place + 2 < count {
                 // SAFETY: the caller's promise; three nodes are read as four.
@@ -326,5 +327,5 @@ impl Importances {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, any(target_arch = "x86_64", target_arch = "aarch64")))]
 mod tests;
